@@ -1,0 +1,52 @@
+//! How long a search may go on: counted iterations (repeatable) or a deadline (not repeatable).
+
+use std::time::{Duration, Instant};
+
+pub struct Budget {
+    pub used: u64,
+    limit: u64,
+    deadline: Option<Instant>,
+    expired: bool,
+}
+
+impl Budget {
+    pub fn new(limit: u64, started: Instant, milliseconds: Option<f64>) -> Self {
+        Self {
+            used: 0,
+            limit,
+            deadline: milliseconds.map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, 1e9) * 1e-3)),
+            expired: false,
+        }
+    }
+
+    /// Counts one iteration; false when none is left. The clock is only read every 32 iterations.
+    pub fn spend(&mut self) -> bool {
+        if self.expired || self.used >= self.limit {
+            return false;
+        }
+        self.used += 1;
+        if self.used % 32 == 0 {
+            self.expired = self.late();
+        }
+        true
+    }
+
+    pub fn exhausted(&self) -> bool {
+        self.expired || self.used >= self.limit
+    }
+
+    pub fn late(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Lets a nested search use at most `share` iterations more.
+    pub fn capped(&mut self, share: u64) -> u64 {
+        let whole = self.limit;
+        self.limit = whole.min(self.used.saturating_add(share));
+        whole
+    }
+
+    pub fn restore(&mut self, whole: u64) {
+        self.limit = whole;
+    }
+}

@@ -1,0 +1,47 @@
+//! What a planner asks of a map. Bounds count as walls.
+
+use crate::geometry::Point;
+
+/// Slack in metres that forgives rounding where the disc just touches a wall or a circle.
+pub const TOUCH: f64 = 1e-9;
+
+pub trait Field {
+    /// Lower-left and upper-right corner.
+    fn bounds(&self) -> (Point, Point);
+
+    /// Distance from `p` to the nearest obstacle or wall; not positive inside.
+    fn clearance(&self, p: Point) -> f64;
+
+    /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
+    fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
+
+    /// Spacing of the lattice that fallback searches use.
+    fn lattice_spacing(&self) -> f64;
+
+    /// True when the centre of a disc of `radius` may be at `p` as far as the walls are concerned.
+    fn inside(&self, p: Point, radius: f64) -> bool {
+        let (low, high) = self.bounds();
+        p.x >= low.x + radius - TOUCH
+            && p.y >= low.y + radius - TOUCH
+            && p.x <= high.x - radius + TOUCH
+            && p.y <= high.y - radius + TOUCH
+    }
+
+    /// The whole collision check of an edge. The bounds are convex: both ends inside is enough.
+    fn segment_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        self.inside(a, radius) && self.inside(b, radius) && self.sweep_clear(a, b, radius)
+    }
+
+    fn point_clear(&self, p: Point, radius: f64) -> bool {
+        self.segment_clear(p, p, radius)
+    }
+}
+
+/// Distance to the nearest wall, negative outside.
+pub fn wall_distance(bounds: (Point, Point), p: Point) -> f64 {
+    let (low, high) = bounds;
+    (p.x - low.x)
+        .min(high.x - p.x)
+        .min(p.y - low.y)
+        .min(high.y - p.y)
+}

@@ -1,0 +1,174 @@
+//! A grid of blocked cells. A cell is a full square of ground: the sweep is checked against squares, not centres.
+
+use crate::field::{wall_distance, Field, TOUCH};
+use crate::geometry::{distance, point_segment_squared, Point};
+use crate::transform;
+
+pub struct Grid {
+    pub columns: usize,
+    pub rows: usize,
+    pub resolution: f64,
+    pub origin: Point,
+    pub blocked: Vec<u8>,
+    /// Distance in metres from a cell's centre to the nearest blocked square.
+    pub clearance: Vec<f32>,
+}
+
+impl Grid {
+    pub fn new(blocked: Vec<u8>, columns: usize, rows: usize, resolution: f64, origin: Point) -> Self {
+        let mut clearance = transform::clearance(&blocked, columns, rows);
+        for value in &mut clearance {
+            *value *= resolution as f32;
+        }
+        Self {
+            columns,
+            rows,
+            resolution,
+            origin,
+            blocked,
+            clearance,
+        }
+    }
+
+    /// Column and row of the cell that holds `p`, clamped to the grid.
+    fn cell(&self, p: Point) -> (usize, usize) {
+        let column = ((p.x - self.origin.x) / self.resolution).floor().max(0.0) as usize;
+        let row = ((p.y - self.origin.y) / self.resolution).floor().max(0.0) as usize;
+        (column.min(self.columns - 1), row.min(self.rows - 1))
+    }
+
+    fn centre(&self, column: usize, row: usize) -> Point {
+        Point::new(
+            self.origin.x + (column as f64 + 0.5) * self.resolution,
+            self.origin.y + (row as f64 + 0.5) * self.resolution,
+        )
+    }
+
+    /// Exact: no blocked square lies nearer than `radius` to the segment.
+    fn squares_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        let (left, bottom) = self.cell(Point::new(a.x.min(b.x) - radius, a.y.min(b.y) - radius));
+        let (right, top) = self.cell(Point::new(a.x.max(b.x) + radius, a.y.max(b.y) + radius));
+        let reach = (radius - TOUCH).max(0.0);
+        for row in bottom..=top {
+            let line = &self.blocked[row * self.columns + left..=row * self.columns + right];
+            for (offset, &cell) in line.iter().enumerate() {
+                if cell != 0 {
+                    let squared = self.square_distance_squared(left + offset, row, a, b);
+                    if squared < reach * reach || squared == 0.0 {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Squared distance between a cell's square and the segment `a`–`b`.
+    fn square_distance_squared(&self, column: usize, row: usize, a: Point, b: Point) -> f64 {
+        let low = Point::new(
+            self.origin.x + column as f64 * self.resolution,
+            self.origin.y + row as f64 * self.resolution,
+        );
+        let high = Point::new(low.x + self.resolution, low.y + self.resolution);
+        if crosses(a, b, low, high) {
+            return 0.0;
+        }
+        let to_square = |p: Point| {
+            let dx = (low.x - p.x).max(p.x - high.x).max(0.0);
+            let dy = (low.y - p.y).max(p.y - high.y).max(0.0);
+            dx * dx + dy * dy
+        };
+        [
+            low,
+            Point::new(high.x, low.y),
+            high,
+            Point::new(low.x, high.y),
+        ]
+        .iter()
+        .map(|&corner| point_segment_squared(corner, a, b))
+        .fold(to_square(a).min(to_square(b)), f64::min)
+    }
+}
+
+/// True when the segment meets the open box (slab test).
+fn crosses(a: Point, b: Point, low: Point, high: Point) -> bool {
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for (from, to, least, most) in [(a.x, b.x, low.x, high.x), (a.y, b.y, low.y, high.y)] {
+        let step = to - from;
+        if step == 0.0 {
+            if from <= least || from >= most {
+                return false;
+            }
+        } else {
+            let (first, second) = ((least - from) / step, (most - from) / step);
+            enter = enter.max(first.min(second));
+            leave = leave.min(first.max(second));
+        }
+    }
+    enter < leave
+}
+
+impl Field for Grid {
+    fn bounds(&self) -> (Point, Point) {
+        (
+            self.origin,
+            Point::new(
+                self.origin.x + self.columns as f64 * self.resolution,
+                self.origin.y + self.rows as f64 * self.resolution,
+            ),
+        )
+    }
+
+    /// Bilinear between the cells' centres, where it is exact.
+    fn clearance(&self, p: Point) -> f64 {
+        let u = ((p.x - self.origin.x) / self.resolution - 0.5).clamp(0.0, (self.columns - 1) as f64);
+        let v = ((p.y - self.origin.y) / self.resolution - 0.5).clamp(0.0, (self.rows - 1) as f64);
+        let (column, row) = (u.floor() as usize, v.floor() as usize);
+        let (next_column, next_row) = ((column + 1).min(self.columns - 1), (row + 1).min(self.rows - 1));
+        let at = |c: usize, r: usize| f64::from(self.clearance[r * self.columns + c]);
+        let (fu, fv) = (u - column as f64, v - row as f64);
+        let wall = wall_distance(self.bounds(), p);
+        if !at(column, row).is_finite() {
+            return wall;
+        }
+        let below = at(column, row) * (1.0 - fu) + at(next_column, row) * fu;
+        let above = at(column, next_row) * (1.0 - fu) + at(next_column, next_row) * fu;
+        wall.min(below * (1.0 - fv) + above * fv)
+    }
+
+    /// Steps through open ground by the clearance field (distance is 1-Lipschitz, so a step as long as the spare
+    /// clearance can't reach an obstacle), and checks two cells' length at a time exactly where it is tight.
+    fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        let length = distance(a, b);
+        let mut travelled = 0.0;
+        loop {
+            let fraction = if length > 0.0 { travelled / length } else { 0.0 };
+            let p = a.towards(b, fraction);
+            let (column, row) = self.cell(p);
+            let centre_clearance = f64::from(self.clearance[row * self.columns + column]);
+            let offset = distance(p, self.centre(column, row));
+            // 1e-5 of a cell covers the rounding of the stored f32.
+            let spare = centre_clearance - offset - radius - 1e-5 * (self.resolution + centre_clearance);
+            if spare > 0.5 * self.resolution {
+                travelled += spare;
+            } else {
+                if centre_clearance + offset < radius - self.resolution {
+                    return false;
+                }
+                let chunk = (travelled + 2.0 * self.resolution).min(length);
+                let end = if length > 0.0 { chunk / length } else { 0.0 };
+                if !self.squares_clear(p, a.towards(b, end), radius) {
+                    return false;
+                }
+                travelled += 2.0 * self.resolution;
+            }
+            if travelled >= length {
+                return true;
+            }
+        }
+    }
+
+    fn lattice_spacing(&self) -> f64 {
+        self.resolution
+    }
+}

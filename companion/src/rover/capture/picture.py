@@ -1,0 +1,44 @@
+"""Reading single pictures from disk: 8 or 16 bits, one channel, with errors that name the file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.errors import BadInput
+
+EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
+
+
+def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """The picture at `path` as (H, W), its depth kept; colour is turned into grey.
+
+    Raises BadInput when the file is missing, empty, not a picture, or neither 8 nor 16 bits deep.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise BadInput(f"{file}: no such picture")
+    data = np.frombuffer(file.read_bytes(), dtype=np.uint8)
+    try:
+        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    except cv2.error:
+        image = None
+    if image is None:
+        raise BadInput(f"{file}: not a readable picture (PNG, TIFF, JPEG, PGM or BMP expected)")
+    if image.ndim == 3 and image.shape[2] > 1:
+        image = cv2.cvtColor(image[:, :, :3], cv2.COLOR_BGR2GRAY)
+    image = image.reshape(image.shape[:2])
+    if image.dtype not in (np.uint8, np.uint16):
+        raise BadInput(f"{file}: {image.dtype} pixels; 8 or 16 bits expected")
+    return image
+
+
+def read_counts(path: Path | str) -> NDArray[np.uint16]:
+    """The 16-bit thermal picture at `path`, (H, W). Raises BadInput also for an 8-bit picture."""
+    image = read_picture(path)
+    if image.dtype != np.uint16:
+        raise BadInput(f"{path}: 8-bit picture; thermal frames are 16 bits (kelvin × 100)")
+    return image

@@ -1,0 +1,130 @@
+"""Sources of frames behind one registry: a source is an iterator of `Frame`, opened by `kind:location`.
+
+    for frame in open_source("folder:recordings/2024-05-01"): ...
+
+A new kind of camera is one class with `@register("name")`; nothing else changes.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from rover.capture.frame import Frame
+from rover.capture.picture import read_counts
+from rover.errors import BadInput
+
+FRAME_PERIOD = 0.12
+"""Seconds between frames where a source has no times of its own (8.7 Hz cameras, rounded up)."""
+
+
+class FrameSource(Protocol):
+    """Anything that yields frames in the order of their exposure."""
+
+    def __iter__(self) -> Iterator[Frame]: ...
+
+
+SOURCES: dict[str, Callable[[str], FrameSource]] = {}
+
+
+def register(kind: str) -> Callable[[Callable[[str], FrameSource]], Callable[[str], FrameSource]]:
+    """Class decorator: makes a source available to `open_source` under `kind`."""
+
+    def add(factory: Callable[[str], FrameSource]) -> Callable[[str], FrameSource]:
+        SOURCES[kind] = factory
+        return factory
+
+    return add
+
+
+def open_source(location: str) -> FrameSource:
+    """Opens `kind:location`; a plain path is a folder. Raises BadInput for an unknown kind or a bad location."""
+    kind, separator, rest = location.partition(":")
+    if not separator:
+        kind, rest = "folder", location
+    if kind not in SOURCES:
+        raise BadInput(f"{location}: no frame source '{kind}'; known: {', '.join(sorted(SOURCES))}")
+    return SOURCES[kind](rest)
+
+
+@register("folder")
+class FolderSource:
+    """16-bit PNG or TIFF files of a folder in the order of their names, one every `period` seconds.
+
+    Every picture must have the size of the first. Raises BadInput naming the file that does not fit.
+    """
+
+    def __init__(self, location: str, period: float = FRAME_PERIOD) -> None:
+        folder = Path(location)
+        if not folder.is_dir():
+            raise BadInput(f"{folder}: no such folder of frames")
+        self.files = sorted(
+            (f for f in folder.iterdir() if f.suffix.lower() in (".png", ".tif", ".tiff")),
+            key=lambda f: f.name,
+        )
+        if not self.files:
+            raise BadInput(f"{folder}: no PNG or TIFF frames in this folder")
+        self.period = period
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __iter__(self) -> Iterator[Frame]:
+        size: tuple[int, int] | None = None
+        for sequence, file in enumerate(self.files):
+            frame = Frame(read_counts(file), sequence * self.period, sequence)
+            size = size or frame.size
+            if frame.size != size:
+                raise BadInput(f"{file}: {frame.size[0]}×{frame.size[1]}, the first frame is {size[0]}×{size[1]}")
+            yield frame
+
+
+class RigFrames:
+    """The frames that a lock-stepped rig hands over: what it delivered waits here until it is taken.
+
+    `accept` takes one reply's headers and the pixels behind it; iterating empties the queue. Frames missing from
+    the sequence are counted in `lost`.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Frame] = deque()
+        self._next_sequence: int | None = None
+        self.lost = 0
+
+    def accept(self, headers: Sequence[Mapping[str, Any]], pixels: bytes) -> None:
+        """Queues the frames described by `headers` (sequence, exposure_us, ffc, width, height).
+
+        pixels: their counts, little-endian uint16, one frame after the other.
+        Raises BadInput when the number of bytes does not agree with the headers; nothing is queued then.
+        """
+        expected = sum(2 * int(h["width"]) * int(h["height"]) for h in headers)
+        if len(pixels) != expected:
+            raise BadInput(f"rig frames: {len(pixels)} bytes of pixels, their headers say {expected}")
+        offset = 0
+        for header in headers:
+            width, height = int(header["width"]), int(header["height"])
+            counts = np.frombuffer(pixels, dtype="<u2", count=width * height, offset=offset)
+            offset += 2 * width * height
+            sequence = int(header["sequence"])
+            if self._next_sequence is not None:
+                self.lost += max(0, sequence - self._next_sequence)
+            self._next_sequence = sequence + 1
+            self._waiting.append(
+                Frame(
+                    counts.reshape(height, width).astype(np.uint16),
+                    int(header["exposure_us"]) * 1e-6,
+                    sequence,
+                    bool(header["ffc"]),
+                )
+            )
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def __iter__(self) -> Iterator[Frame]:
+        while self._waiting:
+            yield self._waiting.popleft()

@@ -1,0 +1,45 @@
+"""Errors that end a command, each with the exit code that scripts rely on."""
+
+from __future__ import annotations
+
+
+class RoverError(Exception):
+    """An expected failure: one clear line for the user and an exit code for scripts."""
+
+    exit_code = 1
+
+
+class BadInput(RoverError, ValueError):
+    """A file, option or value that the user can correct."""
+
+    exit_code = 2
+
+
+class PreflightFailed(RoverError):
+    """Something that must be there before the rover may move is missing."""
+
+    exit_code = 3
+
+
+class NoPath(RoverError):
+    """No collision-free path exists."""
+
+    exit_code = 4
+
+
+class Aborted(RoverError):
+    """The operator ended the mission."""
+
+    exit_code = 5
+
+
+class SafetyStop(RoverError):
+    """The firmware stopped the rover and the mission could not go on."""
+
+    exit_code = 6
+
+
+class LinkLost(RoverError):
+    """The wire to the firmware is gone or silent."""
+
+    exit_code = 7

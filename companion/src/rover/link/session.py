@@ -1,0 +1,329 @@
+"""The companion's end of the link: handshake, keep-alive, clock, arming, motion and telemetry in one `poll`.
+
+    link = Link(SerialTransport(port), WallClock())
+    identity = link.connect()
+    link.arm()
+    while ...:
+        for event in link.poll():
+            ...
+        link.clock.advance(link.clock.now() + 0.02)
+
+Nothing here waits but `connect`, `arm`, `disarm` and the parameter calls, and these let the clock run on.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from rover_protocol import messages
+
+from rover.errors import LinkLost, PreflightFailed, SafetyStop
+from rover.link.clock import Clock
+from rover.link.clock_estimate import ClockEstimate
+from rover.link.handshake import Handshake, Identity
+from rover.link.statistics import LinkFigures, percentile
+from rover.link.stream import SegmentStream
+from rover.link.telemetry import (
+    FaultReport,
+    FirmwareState,
+    LinkQuality,
+    MotionStatus,
+    ParameterValue,
+    Telemetry,
+    TelemetryReader,
+)
+from rover.link.transport import Transport
+from rover.link.wire import Received, Tap, Wire
+
+KEEP_ALIVE_PERIOD = 0.1
+CLOCK_PERIOD = 0.5
+CLOCK_PERIOD_FAST = 0.06
+CLOCK_FAST_COUNT = 10
+SILENCE_LIMIT = 1.0
+"""Seconds without a byte after which the link counts as lost; the firmware says something every 20 ms."""
+
+STEP = 0.02
+DRIVEABLE = ("Armed", "Moving")
+
+
+class Link:
+    """One session with one firmware. Every method may raise `LinkLost`."""
+
+    def __init__(
+        self,
+        transport: Transport,
+        clock: Clock,
+        session: int = 1,
+        byte_time: float = 10.0 / 230_400.0,
+        tap: Tap | None = None,
+    ) -> None:
+        """`session`: 16-bit number of this session, echoed by the firmware. `byte_time`: see `ClockEstimate`."""
+        self.clock = clock
+        self.wire = Wire(transport, tap)
+        self.clock_estimate = ClockEstimate(byte_time)
+        self.stream = SegmentStream(self._send, self.clock_estimate)
+        self.identity: Identity | None = None
+        self.state: FirmwareState | None = None
+        self.quality: LinkQuality | None = None
+        self.round_trips: list[float] = []
+        self._handshake = Handshake(session & 0xFFFF)
+        self._reader = TelemetryReader(self.clock_estimate)
+        self._keep_alive_counter = 0
+        self._keep_alive_due = 0.0
+        self._clock_sequence = 0
+        self._clock_due = 0.0
+        self._clock_sent: dict[int, tuple[float, int]] = {}
+        self._backlog: deque[Telemetry] = deque()
+        self._silent_since: float | None = None
+
+    def connect(self, timeout: float = 3.0) -> Identity:
+        """Handshake and first clock exchanges.
+
+        Raises PreflightFailed when nothing answers within `timeout` or the firmware speaks another protocol.
+        """
+        start = self.clock.now()
+        hello_due = start
+        while not (self._handshake.done and self.clock_estimate.count >= 3 and self.state is not None):
+            now = self.clock.now()
+            if now - start > timeout:
+                raise PreflightFailed(self._no_answer(timeout))
+            if not self._handshake.done and now >= hello_due:
+                self._send("Hello", schema_hash=messages.SCHEMA_HASH, session=self._handshake.session)
+                hello_due = now + 0.2
+            self._keep(self._exchange(guard=False))
+            self.clock.advance(now + STEP)
+        self.identity = self._handshake.identity()
+        self._silent_since = self.clock.now()
+        return self.identity
+
+    def poll(self) -> list[Telemetry]:
+        """Reads, decodes, keeps alive, asks the clock and streams motion. Call it every 20 ms.
+
+        Raises LinkLost after a second of silence, SafetyStop when the firmware has restarted.
+        """
+        events = list(self._backlog)
+        self._backlog.clear()
+        events.extend(self._exchange(guard=True))
+        return events
+
+    def arm(self, timeout: float = 2.0) -> None:
+        """Arms, or re-arms after a latch. Raises PreflightFailed with the firmware's reason when it does not."""
+        self._wait_for_state(timeout)
+        assert self.state is not None
+        token = (self.state.arm_token + 1) & 0xFFFF
+        self.stream.clear(self.clock.now())
+        refused: list[FaultReport] = []
+
+        def armed(event: Telemetry) -> bool:
+            if isinstance(event, FaultReport) and event.code == "ArmRefused":
+                refused.append(event)
+            # Of the answers only one with our token tells what came of it.
+            state = self.state
+            return state is not None and state.arm_token == token and state.state in DRIVEABLE
+
+        if not self._request(lambda: self._send("Arm", token=token), armed, timeout):
+            raise PreflightFailed(self._arm_refusal(bool(refused)))
+
+    def disarm(self, timeout: float = 3.0) -> bool:
+        """Stops jerk-limited and switches the motors off, without a latch; False when it is not confirmed in time."""
+        self.stream.clear(self.clock.now())
+
+        def disarmed(_: Telemetry) -> bool:
+            return self.state is not None and self.state.state in ("Disarmed", "Boot", "Latched")
+
+        return self._request(lambda: self._send("Disarm", reason=0), disarmed, timeout)
+
+    def stop(self, reason: int = 0) -> None:
+        """Jerk-limited stop, then latch."""
+        self.stream.clear(self.clock.now())
+        self._send("Stop", reason=reason & 0xFF)
+
+    def emergency_stop(self, reason: int = 0) -> None:
+        """Cuts the motors at once and latches. Sent three times: it costs nothing and a lost one costs much."""
+        self.stream.clear(self.clock.now())
+        for _ in range(3):
+            self._send("EmergencyStop", reason=reason & 0xFF)
+
+    def get_parameter(self, identifier: int, timeout: float = 0.5) -> ParameterValue:
+        """Reads one parameter. Raises PreflightFailed when the firmware does not answer."""
+        return self._parameter(identifier, timeout, lambda: self._send("ParameterGet", identifier=identifier))
+
+    def set_parameter(self, identifier: int, value: int, timeout: float = 0.5) -> ParameterValue:
+        """Sets one parameter in memory; the answer says whether it was taken."""
+        return self._parameter(
+            identifier, timeout, lambda: self._send("ParameterSet", identifier=identifier, value=value)
+        )
+
+    def save_parameters(self) -> None:
+        """Makes the parameters survive a power cycle."""
+        self._send("ParameterCommand", command=messages.PARAMETER_COMMAND_SAVE)
+
+    def set_telemetry_period(self, message: str, period: float) -> None:
+        """Period of one telemetry message in seconds; 0 switches it off."""
+        self._send("TelemetryRate", message=messages.BY_NAME[message].ID, period=round(period * 1000.0))
+
+    def figures(self) -> LinkFigures:
+        """Counts and times since the link came up."""
+        decoder, quality, stream = self.wire.decoder, self.quality, self.stream
+        return LinkFigures(
+            frames_received=decoder.frames,
+            frames_sent=self.wire.frames_sent,
+            lost=decoder.lost,
+            checksum_errors=decoder.checksum_errors,
+            malformed=decoder.malformed,
+            unknown=self.wire.unknown,
+            bytes_received=self.wire.transport.bytes_read,
+            bytes_sent=self.wire.transport.bytes_written,
+            firmware_lost=quality.lost if quality else 0,
+            firmware_checksum_errors=quality.checksum_errors if quality else 0,
+            segments_sent=stream.sent,
+            segments_repeated=stream.repeated,
+            segments_accepted=stream.accepted,
+            segments_rejected=stream.status.rejected if stream.status else 0,
+            runs_postponed=stream.postponed,
+            clock_exchanges=self.clock_estimate.count,
+            clock_error_bound=self.clock_estimate.error_bound,
+            clock_drift=self.clock_estimate.drift,
+            round_trip_median=percentile(self.round_trips, 0.5),
+            round_trip_p99=percentile(self.round_trips, 0.99),
+        )
+
+    def close(self) -> None:
+        """Lets the port go; the firmware's dead-man does the rest."""
+        self.wire.transport.close()
+
+    def _exchange(self, guard: bool) -> list[Telemetry]:
+        """One round of receiving and sending."""
+        events: list[Telemetry] = []
+        for frame in self.wire.receive():
+            if not (self._handshake.take(frame.name, frame.fields) or self._take_clock(frame)):
+                event = self._reader.read(frame.name, frame.fields, frame.time)
+                if event is not None:
+                    self._watch(event)
+                    events.append(event)
+        now = self.clock.now()
+        if guard:
+            self._check_silence(now)
+        # First the clock's request, so that nothing of this round delays it on the wire.
+        self._ask_clock(now)
+        self._keep_alive(now)
+        self.stream.service(now)
+        return events
+
+    def _watch(self, event: Telemetry) -> None:
+        if isinstance(event, MotionStatus):
+            self.stream.on_status(event)
+        elif isinstance(event, LinkQuality):
+            self.quality = event
+        elif isinstance(event, FirmwareState):
+            before, self.state = self.state, event
+            was_driveable = before is not None and before.state in DRIVEABLE
+            if was_driveable and event.state not in DRIVEABLE:
+                self.stream.clear(event.time)
+            if self.identity is not None and not event.handshake_done:
+                raise SafetyStop("the firmware has restarted in mid-mission: its handshake with us is forgotten")
+
+    def _take_clock(self, frame: Received) -> bool:
+        if frame.name != "ClockReply":
+            return False
+        sent = self._clock_sent.pop(int(frame.fields["sequence"]), None)
+        if sent is not None:
+            sent_at, request_bytes = sent
+            self.clock_estimate.add(
+                sent_at,
+                frame.time,
+                int(frame.fields["receive_time"]),
+                int(frame.fields["turnaround"]),
+                request_bytes,
+                frame.wire_bytes,
+            )
+            self.round_trips.append(self.clock_estimate.round_trip)
+        return True
+
+    def _keep_alive(self, now: float) -> None:
+        if now < self._keep_alive_due - 1e-9:
+            return
+        self._keep_alive_counter = (self._keep_alive_counter + 1) & 0xFF
+        self._send("KeepAlive", counter=self._keep_alive_counter)
+        self._keep_alive_due = now + KEEP_ALIVE_PERIOD
+
+    def _ask_clock(self, now: float) -> None:
+        if now < self._clock_due - 1e-9:
+            return
+        self._clock_sequence = (self._clock_sequence + 1) & 0xFF
+        length = self._send("ClockRequest", sequence=self._clock_sequence)
+        self._clock_sent[self._clock_sequence] = (self.clock.now(), length)
+        while len(self._clock_sent) > 8:
+            self._clock_sent.pop(next(iter(self._clock_sent)))
+        fast = self.clock_estimate.count < CLOCK_FAST_COUNT
+        self._clock_due = now + (CLOCK_PERIOD_FAST if fast else CLOCK_PERIOD)
+
+    def _check_silence(self, now: float) -> None:
+        heard = self.wire.last_heard
+        since = max(heard if heard is not None else 0.0, self._silent_since or 0.0)
+        if now - since > SILENCE_LIMIT:
+            raise LinkLost(f"link lost: nothing from the firmware for {now - since:.1f} s")
+
+    def _request(self, send: Callable[[], object], done: Callable[[Telemetry], bool], timeout: float) -> bool:
+        """Repeats `send` every 100 ms until `done` is true of an event; False after `timeout`."""
+        start = self.clock.now()
+        due = start
+        while (now := self.clock.now()) - start <= timeout:
+            if now >= due - 1e-9:
+                send()
+                due = now + 0.1
+            self.clock.advance(now + STEP)
+            events = self._exchange(guard=True)
+            self._keep(events)
+            finished = False
+            for event in events:
+                finished = done(event) or finished
+            if finished:
+                return True
+        return False
+
+    def _parameter(self, identifier: int, timeout: float, send: Callable[[], object]) -> ParameterValue:
+        answers: list[ParameterValue] = []
+
+        def answered(event: Telemetry) -> bool:
+            if isinstance(event, ParameterValue) and event.identifier == identifier:
+                answers.append(event)
+            return bool(answers)
+
+        if not self._request(send, answered, timeout):
+            raise PreflightFailed(f"the firmware does not answer for parameter {identifier}")
+        return answers[0]
+
+    def _wait_for_state(self, timeout: float) -> None:
+        if self.state is None and not self._request(lambda: None, lambda _: self.state is not None, timeout):
+            raise PreflightFailed("the firmware does not tell its state")
+
+    def _keep(self, events: list[Telemetry]) -> None:
+        """What comes while a request waits is handed out by the next poll."""
+        self._backlog.extend(events)
+
+    def _send(self, name: str, **raw: int) -> int:
+        return self.wire.send(name, self.clock.now(), **raw)
+
+    def _arm_refusal(self, refused: bool) -> str:
+        state = self.state
+        if state is None:
+            return "the firmware does not tell its state"
+        reasons = []
+        if state.emergency_input:
+            reasons.append("the emergency-stop input is active")
+        if "LowBattery" in state.faults:
+            reasons.append("the battery is too low")
+        if not state.handshake_done:
+            reasons.append("it has not accepted the handshake")
+        why = ", ".join(reasons) or ("it refused" if refused else "no reason given")
+        return f"the firmware does not arm: {why} (state {state.state}, last stop: {state.cause})"
+
+    def _no_answer(self, timeout: float) -> str:
+        port = getattr(self.wire.transport, "port", "the port")
+        if self.wire.last_heard is None:
+            return f"no answer on {port} within {timeout:g} s: is the rover powered and is this its port?"
+        if self.wire.decoder.frames == 0:
+            return f"{port} sends bytes that are no frames of the rover's protocol: wrong port or baud rate?"
+        return f"the firmware on {port} does not answer the handshake"

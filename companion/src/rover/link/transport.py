@@ -1,0 +1,177 @@
+"""Bytes to and from the firmware over a serial port, each chunk with the time at which it came.
+
+Both transports go through pyserial. On a device a thread reads and stamps what comes. On a lock-stepped rig the
+bytes travel over the pty just the same, and the rig tells at which virtual time each of them was sent.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from typing import Protocol
+
+import serial
+
+from rover.errors import LinkLost, PreflightFailed
+from rover.link.clock import WallClock
+
+Chunk = tuple[float, bytes]
+Mark = tuple[int, int]
+
+WRITE_TIMEOUT = 2.0
+"""Seconds until a port that takes no bytes counts as lost."""
+
+
+class Transport(Protocol):
+    """What the session needs of a wire. Both methods raise `LinkLost` when the wire is gone."""
+
+    bytes_written: int
+    bytes_read: int
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`."""
+        ...
+
+    def read(self) -> list[Chunk]:
+        """What has come since the last call, oldest first; never waits for more."""
+        ...
+
+    def close(self) -> None:
+        """Lets the port go. May be called twice."""
+        ...
+
+
+def open_port(port: str, baud: int, timeout: float) -> serial.Serial:
+    """Opens a serial port. Raises `PreflightFailed` with one line when that is not possible."""
+    try:
+        return serial.Serial(port, baud, timeout=timeout, write_timeout=WRITE_TIMEOUT)
+    except (OSError, ValueError) as error:
+        raise PreflightFailed(f"cannot open the port {port}: {_reason(error)}") from error
+
+
+class SerialTransport:
+    """A real port: a thread reads it and stamps each chunk with `clock`."""
+
+    def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
+        self.port = port
+        self.bytes_written = 0
+        self.bytes_read = 0
+        self._clock = clock or WallClock()
+        self._serial = open_port(port, baud, timeout=0.05)
+        self._chunks: deque[Chunk] = deque()
+        self._failure: str | None = None
+        self._closing = False
+        self._reader = threading.Thread(target=self._read_forever, name="serial-reader", daemon=True)
+        self._reader.start()
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`; raises `LinkLost`."""
+        if self._failure is not None:
+            raise LinkLost(self._failure)
+        _write(self._serial, self.port, data)
+        self.bytes_written += len(data)
+
+    def read(self) -> list[Chunk]:
+        """Chunks since the last call; raises `LinkLost` once everything read before the failure is delivered."""
+        chunks: list[Chunk] = []
+        while self._chunks:
+            chunks.append(self._chunks.popleft())
+        if not chunks and self._failure is not None:
+            raise LinkLost(self._failure)
+        self.bytes_read += sum(len(data) for _, data in chunks)
+        return chunks
+
+    def close(self) -> None:
+        """Ends the reader and closes the port."""
+        self._closing = True
+        if self._reader is not threading.current_thread():
+            self._reader.join(timeout=1.0)
+        _close(self._serial)
+
+    def _read_forever(self) -> None:
+        while not self._closing:
+            try:
+                data = self._serial.read(max(1, self._serial.in_waiting))
+            except (OSError, TypeError, ValueError) as error:
+                if not self._closing:
+                    self._failure = _lost(self.port, error)
+                return
+            if data:
+                self._chunks.append((self._clock.now(), data))
+
+
+class LockstepTransport:
+    """The rig's pty: bytes are read up to the counts that the rig has announced, so their times are virtual."""
+
+    def __init__(self, port: str, baud: int = 230_400, patience: float = 5.0) -> None:
+        self.port = port
+        self.bytes_written = 0
+        self.bytes_read = 0
+        self._patience = patience
+        self._serial = open_port(port, baud, timeout=patience)
+        self._marks: deque[Mark] = deque()
+
+    def announce(self, marks: list[Mark]) -> None:
+        """Takes the rig's marks (virtual time in µs, bytes sent so far in all)."""
+        self._marks.extend(marks)
+
+    def write(self, data: bytes) -> None:
+        """Sends all of `data`; raises `LinkLost`."""
+        _write(self._serial, self.port, data)
+        self.bytes_written += len(data)
+
+    def read(self) -> list[Chunk]:
+        """One chunk per announced mark; raises `LinkLost` when announced bytes do not come."""
+        chunks: list[Chunk] = []
+        while self._marks:
+            time_us, total = self._marks.popleft()
+            wanted = total - self.bytes_read
+            if wanted <= 0:
+                continue
+            data = self._read_exactly(wanted)
+            self.bytes_read += wanted
+            chunks.append((time_us * 1e-6, data))
+        return chunks
+
+    def close(self) -> None:
+        """Closes the port."""
+        _close(self._serial)
+
+    def _read_exactly(self, count: int) -> bytes:
+        data = bytearray()
+        deadline = time.monotonic() + self._patience
+        while len(data) < count:
+            try:
+                data += self._serial.read(count - len(data))
+            except (OSError, TypeError, ValueError) as error:
+                raise LinkLost(_lost(self.port, error)) from error
+            if len(data) < count and time.monotonic() > deadline:
+                raise LinkLost(f"link lost: {self.port} delivered {len(data)} of {count} bytes that the rig sent")
+        return bytes(data)
+
+
+def _write(port: serial.Serial, name: str, data: bytes) -> None:
+    try:
+        port.write(data)
+    except (OSError, TypeError, ValueError) as error:
+        raise LinkLost(_lost(name, error)) from error
+
+
+def _close(port: serial.Serial) -> None:
+    try:
+        port.close()
+    except OSError:
+        return  # the other end is gone already: there is nothing left to close
+
+
+def _lost(name: str, error: Exception) -> str:
+    return f"link lost: {name}: {_reason(error)}"
+
+
+def _reason(error: Exception) -> str:
+    """One line out of an OSError or pyserial's wrapping of one."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror.splitlines()[0]
+    text = str(error).splitlines()
+    return text[0] if text else type(error).__name__

@@ -1,0 +1,201 @@
+"""The mission file: TOML written by a person, read into frozen dataclasses; every mistake is one clear line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from rover.errors import BadInput, NoPath
+from rover.geometry import Pose2
+from rover.mission.table import Table, read_toml
+from rover.vehicle import Vehicle
+
+SHIPPED = Path(__file__).resolve().parent.parent / "missions"
+SOILS = ("dry-sand", "loam", "clay", "moist-clay")
+SECTIONS = ("mission", "area", "launch", "rover", "detector", "field")
+
+
+@dataclass(frozen=True)
+class Area:
+    """The rectangle to survey, in map: x in [0, width], y in [0, height]; obstacles known beforehand (x, y, r)."""
+
+    width: float
+    height: float
+    obstacles: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Launch:
+    """Where the operator sets the rover down, and how much ground around that he has surveyed himself."""
+
+    pose: Pose2
+    surveyed_radius: float
+
+
+@dataclass(frozen=True)
+class RoverSettings:
+    """The rover that drives the mission; `port` and `baud` matter on a real board."""
+
+    camera: str
+    cruise_speed: float
+    baud: int
+
+
+@dataclass(frozen=True)
+class DetectorSettings:
+    """The model and what is done with its answers; distances in metres."""
+
+    model: str
+    report_threshold: float
+    keepout_radius: float
+    standoff: float
+
+
+@dataclass(frozen=True)
+class FieldSettings:
+    """What lies in the simulated field; only simulated rigs read it."""
+
+    soil: str
+    rocks: int
+    grass: int
+    surface_mines: int
+    buried_mine_depths: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A whole mission file."""
+
+    path: Path
+    name: str
+    time_of_day_s: float
+    max_duration_s: float
+    goals: tuple[tuple[float, float], ...]
+    area: Area
+    launch: Launch
+    rover: RoverSettings
+    detector: DetectorSettings
+    field: FieldSettings
+
+
+def load(path: str | Path) -> Mission:
+    """Reads and checks a mission file; a bare name such as "demo" means one that ships with the project.
+
+    Raises BadInput for anything wrong in the file, NoPath for a goal that lies inside a known obstacle.
+    """
+    given = Path(path)
+    shipped = SHIPPED / f"{given.name}.toml"
+    file = shipped if not given.exists() and given.suffix == "" and shipped.exists() else given
+    document = read_toml(file)
+    for name in document:
+        if name not in SECTIONS:
+            raise BadInput(f"{file}: [{name}]: unknown section; known are {', '.join(SECTIONS)}")
+    tables = {name: Table(file, name, document.get(name, {})) for name in SECTIONS}
+
+    area = _area(tables["area"])
+    head = tables["mission"]
+    mission = Mission(
+        path=file,
+        name=head.text("name", file.stem),
+        time_of_day_s=head.clock_time("time_of_day", "13:00"),
+        max_duration_s=head.number("max_duration_s", 900.0, 1.0, 86_400.0),
+        goals=tuple((x, y) for x, y in head.tuples("goals", ("x", "y"), -1e4, 1e4)),
+        area=area,
+        launch=_launch(tables["launch"]),
+        rover=_rover(tables["rover"], file),
+        detector=_detector(tables["detector"], file),
+        field=_field(tables["field"]),
+    )
+    for table in tables.values():
+        table.finish()
+    _check_places(mission)
+    return mission
+
+
+def _area(table: Table) -> Area:
+    return Area(
+        width=table.number("width_m", None, 1.0, 100.0),
+        height=table.number("height_m", None, 1.0, 100.0),
+        obstacles=tuple((x, y, r) for x, y, r in table.tuples("obstacles", ("x", "y", "radius"), -1e4, 1e4)),
+    )
+
+
+def _launch(table: Table) -> Launch:
+    x = table.number("x_m", None, -1e4, 1e4)
+    y = table.number("y_m", None, -1e4, 1e4)
+    heading = math.radians(table.number("heading_deg", 0.0, -360.0, 360.0))
+    return Launch(Pose2(x, y, heading), table.number("surveyed_radius_m", 0.25, Vehicle().radius, 2.0))
+
+
+def _beside(file: Path, name: str) -> str:
+    """A path in a mission file is relative to that file."""
+    return str((file.parent / name).resolve()) if name else ""
+
+
+def _rover(table: Table, file: Path) -> RoverSettings:
+    camera = table.text("camera", "lepton-160")
+    if camera.endswith(".toml"):
+        camera = _beside(file, camera)
+        if not Path(camera).is_file():
+            raise table.fail("camera", f"{camera}: no such file")
+    return RoverSettings(
+        camera=camera,
+        cruise_speed=table.number("cruise_speed_m_s", 0.25, 0.05, Vehicle().travel.speed),
+        baud=table.integer("baud", 230_400, 9_600, 4_000_000),
+    )
+
+
+def _detector(table: Table, file: Path) -> DetectorSettings:
+    model = _beside(file, table.text("model", ""))
+    if model and not Path(model).is_file():
+        raise table.fail("model", f"{model}: no such file")
+    return DetectorSettings(
+        model=model,
+        report_threshold=table.number("report_threshold", 0.5, 0.01, 0.99),
+        keepout_radius=table.number("keepout_radius_m", 0.15, 0.05, 2.0),
+        standoff=table.number("standoff_m", 0.45, 0.2, 2.0),
+    )
+
+
+def _field(table: Table) -> FieldSettings:
+    depths = table.numbers("buried_mine_depths_cm", [1.0, 2.0, 5.0], 0.5, 15.0)
+    return FieldSettings(
+        soil=table.choice("soil", "loam", SOILS),
+        rocks=table.integer("rocks", 5, 0, 200),
+        grass=table.integer("grass", 4, 0, 200),
+        surface_mines=table.integer("surface_mines", 2, 0, 100),
+        buried_mine_depths=tuple(depth / 100.0 for depth in depths),
+    )
+
+
+def _check_places(mission: Mission) -> None:
+    """Launch and goals must be inside the area and off every obstacle known beforehand."""
+    radius = Vehicle().radius
+    launch = mission.launch.pose
+    if not _inside(mission.area, launch.x, launch.y, radius):
+        raise BadInput(
+            f"{mission.path}: [launch] x_m, y_m: ({launch.x:g}, {launch.y:g}) is nearer than the rover's radius "
+            f"of {radius:g} m to the border of the {mission.area.width:g} x {mission.area.height:g} m area"
+        )
+    for x, y, r in mission.area.obstacles:
+        if r <= 0.0:
+            raise BadInput(f"{mission.path}: [area] obstacles: radius {r:g} of ({x:g}, {y:g}) must be above 0")
+        if math.hypot(launch.x - x, launch.y - y) < r + radius:
+            raise NoPath(f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m")
+    for number, (gx, gy) in enumerate(mission.goals, start=1):
+        if not _inside(mission.area, gx, gy, 0.0):
+            raise BadInput(
+                f"{mission.path}: [mission] goals entry {number}: ({gx:g}, {gy:g}) lies outside the "
+                f"{mission.area.width:g} x {mission.area.height:g} m area"
+            )
+        for x, y, r in mission.area.obstacles:
+            if math.hypot(gx - x, gy - y) < r:
+                raise NoPath(
+                    f"{mission.path}: [mission] goals entry {number}: ({gx:g}, {gy:g}) lies inside the obstacle "
+                    f"at ({x:g}, {y:g}), r {r:g} m; move the goal or correct [area] obstacles"
+                )
+
+
+def _inside(area: Area, x: float, y: float, margin: float) -> bool:
+    return margin <= x <= area.width - margin and margin <= y <= area.height - margin

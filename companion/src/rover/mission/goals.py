@@ -1,0 +1,63 @@
+"""What the mission still has to inspect: the operator's points and every suspected place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rover.mission.keepout import SuspectedPlace
+
+PENDING, INSPECTED, UNREACHABLE, DISMISSED = "pending", "inspected", "unreachable", "dismissed"
+
+# After this many arrivals that brought no view of the goal it is given up, with the reason in the report.
+MAX_ATTEMPTS = 3
+
+
+@dataclass
+class Goal:
+    """A point in map (metres) that is inspected from a stand-off, never driven on."""
+
+    id: str
+    x: float
+    y: float
+    place_id: int | None
+    state: str = PENDING
+    reason: str = ""
+    attempts: int = 0
+
+
+class Goals:
+    """All goals of a mission, in the order in which they arose."""
+
+    def __init__(self, operator_points: Iterable[tuple[float, float]]) -> None:
+        self._goals = [Goal(f"operator-{n}", x, y, None) for n, (x, y) in enumerate(operator_points, start=1)]
+
+    def __iter__(self):
+        return iter(self._goals)
+
+    @property
+    def pending(self) -> list[Goal]:
+        """Goals that still want a visit."""
+        return [goal for goal in self._goals if goal.state == PENDING]
+
+    def update(self, suspected: Iterable[SuspectedPlace]) -> None:
+        """Adds a goal for every new place, moves the others along, drops those no longer suspected."""
+        places = {place.id: place for place in suspected}
+        for goal in self._goals:
+            if goal.place_id is None:
+                continue
+            place = places.pop(goal.place_id, None)
+            if place is None:
+                if goal.state == PENDING:
+                    goal.state, goal.reason = DISMISSED, "evidence went against it"
+                continue
+            goal.x, goal.y = place.x, place.y
+            if goal.state == DISMISSED:
+                goal.state, goal.reason = PENDING, ""
+        for place in places.values():
+            self._goals.append(Goal(f"place-{place.id}", place.x, place.y, place.id))
+
+    def nearest_pending(self, x: float, y: float) -> Goal | None:
+        """The pending goal closest to a point, if any."""
+        return min(self.pending, key=lambda goal: (math.hypot(goal.x - x, goal.y - y), goal.id), default=None)

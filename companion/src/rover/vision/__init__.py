@@ -1,0 +1,1 @@
+"""From thermal pictures to where the rover is: camera model, features, registration, localization."""

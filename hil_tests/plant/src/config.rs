@@ -1,0 +1,264 @@
+//! What the plant is made of: physical constants with the nominal vehicle as default, read from JSON.
+
+use serde::Deserialize;
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    pub seed: u64,
+    pub raster_origin_x: f64,
+    pub raster_origin_y: f64,
+    pub raster_resolution: f64,
+    pub area_width: f64,
+    pub area_height: f64,
+    pub launch: Launch,
+    pub drive: Drive,
+    pub battery: Battery,
+    pub sonar: Sonar,
+    pub camera: Camera,
+    /// Bits per second of the serial line; ten bits carry a byte.
+    pub baud: u64,
+    /// Radius of the footprint disc around base_link, metres.
+    pub footprint_radius: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            raster_origin_x: 0.0,
+            raster_origin_y: 0.0,
+            raster_resolution: 0.01,
+            area_width: 3.0,
+            area_height: 4.0,
+            launch: Launch::default(),
+            drive: Drive::default(),
+            battery: Battery::default(),
+            sonar: Sonar::default(),
+            camera: Camera::default(),
+            baud: 230_400,
+            footprint_radius: 0.15,
+        }
+    }
+}
+
+/// Pose at time zero, and the disc around it that the operator surveyed.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Launch {
+    pub x: f64,
+    pub y: f64,
+    pub heading: f64,
+    pub surveyed_radius: f64,
+}
+
+impl Default for Launch {
+    fn default() -> Self {
+        Self { x: 0.4, y: 0.4, heading: 0.0, surveyed_radius: 0.25 }
+    }
+}
+
+/// Chassis, wheels and motors; motor constants are those at the wheel shaft, behind the 1:30 gear.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Drive {
+    pub track_width: f64,
+    pub wheel_radius: f64,
+    pub counts_per_revolution: f64,
+    pub mass: f64,
+    pub yaw_inertia: f64,
+    /// Rotor seen through the gear, plus the wheel, kg m².
+    pub rotor_inertia: f64,
+    pub resistance: f64,
+    /// V s/rad, and N m/A.
+    pub back_emf: f64,
+    /// N m: gear, bearings and rolling resistance.
+    pub coulomb_friction: f64,
+    /// N m s/rad.
+    pub viscous_friction: f64,
+    /// Motors differ from the nominal one by up to this fraction.
+    pub motor_tolerance: f64,
+    /// Standard deviation and bound of each wheel's constant slip fraction.
+    pub slip_bias: f64,
+    pub slip_bias_limit: f64,
+    /// Standard deviation and correlation time (s) of the slip that varies.
+    pub slip_noise: f64,
+    pub slip_time_constant: f64,
+    /// Torque that a blocked wheel needs to spin on the ground, N m.
+    pub traction_torque: f64,
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self {
+            track_width: 0.20,
+            wheel_radius: 0.0325,
+            counts_per_revolution: 1560.0,
+            mass: 2.4,
+            yaw_inertia: 0.03,
+            rotor_inertia: 8.0e-4,
+            resistance: 3.0,
+            back_emf: 0.5,
+            coulomb_friction: 0.04,
+            viscous_friction: 0.004,
+            motor_tolerance: 0.03,
+            slip_bias: 0.012,
+            slip_bias_limit: 0.03,
+            slip_noise: 0.015,
+            slip_time_constant: 3.0,
+            traction_torque: 0.2,
+        }
+    }
+}
+
+/// Two Li-ion cells in series.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Battery {
+    pub capacity_ah: f64,
+    pub state_of_charge: f64,
+    pub internal_resistance: f64,
+    /// Companion and electronics, amperes.
+    pub base_current: f64,
+    /// Standard deviation of the firmware's measurement, volts.
+    pub measurement_noise: f64,
+}
+
+impl Default for Battery {
+    fn default() -> Self {
+        Self {
+            capacity_ah: 2.6,
+            state_of_charge: 0.75,
+            internal_resistance: 0.15,
+            base_current: 0.9,
+            measurement_noise: 0.006,
+        }
+    }
+}
+
+/// Three HC-SR04: (x, y, yaw) on base_link, and what their echoes are like.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Sonar {
+    pub mounts: [[f64; 3]; 3],
+    /// Obstacles must be taller than this to echo, metres.
+    pub mount_height: f64,
+    pub half_angle: f64,
+    pub minimum_range: f64,
+    pub maximum_range: f64,
+    pub dropout: f64,
+    /// Range noise: constant part (m) and part of the range.
+    pub noise: f64,
+    pub noise_fraction: f64,
+    pub sound_speed: f64,
+    /// The air's speed of sound differs from nominal by up to this fraction.
+    pub sound_speed_tolerance: f64,
+}
+
+impl Default for Sonar {
+    fn default() -> Self {
+        let yaw = 30.0_f64.to_radians();
+        Self {
+            mounts: [[0.10, 0.06, yaw], [0.12, 0.0, 0.0], [0.10, -0.06, -yaw]],
+            mount_height: 0.10,
+            half_angle: 15.0_f64.to_radians(),
+            minimum_range: 0.02,
+            maximum_range: 4.0,
+            dropout: 0.02,
+            noise: 0.002,
+            noise_fraction: 0.004,
+            sound_speed: 343.0,
+            sound_speed_tolerance: 0.01,
+        }
+    }
+}
+
+/// A radiometric camera on the mast. Pixel (u, v) looks along ((u - cx)/fx, (v - cy)/fy, 1) in camera_optical.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Camera {
+    pub width: usize,
+    pub height: usize,
+    pub fx: f64,
+    pub fy: f64,
+    pub cx: f64,
+    pub cy: f64,
+    pub mount_x: f64,
+    pub mount_y: f64,
+    pub mount_z: f64,
+    /// Angle of the optical axis below the horizon, radians.
+    pub pitch_down: f64,
+    pub first_exposure_us: u64,
+    pub period_us: u64,
+    pub latency_us: u64,
+    /// Temporal noise of one pixel, kelvin.
+    pub netd: f64,
+    /// Standard deviations of the fixed pattern that each FFC leaves, kelvin.
+    pub row_pattern: f64,
+    pub column_pattern: f64,
+    pub pixel_pattern: f64,
+    /// How much colder the corners look than the centre, kelvin.
+    pub vignetting: f64,
+    pub ffc_first_us: u64,
+    pub ffc_period_us: u64,
+    pub ffc_duration_us: u64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        let focal = 80.0 / 28.5_f64.to_radians().tan();
+        Self {
+            width: 160,
+            height: 120,
+            fx: focal,
+            fy: focal,
+            cx: 79.5,
+            cy: 59.5,
+            mount_x: 0.0,
+            mount_y: 0.0,
+            mount_z: 0.75,
+            pitch_down: 52.0_f64.to_radians(),
+            first_exposure_us: 50_000,
+            period_us: 120_000,
+            latency_us: 60_000,
+            netd: 0.05,
+            row_pattern: 0.03,
+            column_pattern: 0.04,
+            pixel_pattern: 0.03,
+            vignetting: 0.4,
+            ffc_first_us: 3_000_000,
+            ffc_period_us: 90_000_000,
+            ffc_duration_us: 400_000,
+        }
+    }
+}
+
+impl Config {
+    /// Reads and checks a configuration; the error names the first field that is wrong.
+    pub fn parse(json: &str) -> Result<Self, String> {
+        let config: Self = serde_json::from_str(json).map_err(|error| format!("plant configuration: {error}"))?;
+        let positive = [
+            ("raster_resolution", config.raster_resolution),
+            ("area_width", config.area_width),
+            ("area_height", config.area_height),
+            ("drive.resistance", config.drive.resistance),
+            ("drive.rotor_inertia", config.drive.rotor_inertia),
+            ("drive.wheel_radius", config.drive.wheel_radius),
+            ("drive.slip_time_constant", config.drive.slip_time_constant),
+            ("battery.capacity_ah", config.battery.capacity_ah),
+            ("sonar.sound_speed", config.sonar.sound_speed),
+            ("camera.fx", config.camera.fx),
+            ("camera.fy", config.camera.fy),
+            ("camera.mount_z", config.camera.mount_z),
+            ("camera.period_us", config.camera.period_us as f64),
+            ("camera.width", config.camera.width as f64),
+            ("camera.height", config.camera.height as f64),
+            ("camera.ffc_period_us", config.camera.ffc_period_us as f64),
+            ("baud", config.baud as f64),
+        ];
+        match positive.iter().find(|(_, value)| value.is_nan() || *value <= 0.0) {
+            Some((name, value)) => Err(format!("plant configuration: {name} must be positive, not {value}")),
+            None => Ok(config),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Two geared DC motors that share one chassis, and the slip between wheel and ground.
+//!
+//! At the wheel shaft, with K the motor constant: i = (u V - K w) / R, torque = K i - viscous w - Coulomb sign(w).
+//! The winding's inductance (below 1 ms) is left out. The chassis couples the wheels: its mass and yaw inertia seen
+//! from the two shafts are the matrix [[a, b], [b, a]].
+
+use crate::config;
+use crate::random::Random;
+
+/// What the H-bridges do: duty -1..1 of the supply, or open (coast).
+#[derive(Clone, Copy, Default)]
+pub struct Bridge {
+    pub duty: [f64; 2],
+    pub powered: bool,
+}
+
+pub struct Drive {
+    config: config::Drive,
+    random: Random,
+    resistance: [f64; 2],
+    back_emf: [f64; 2],
+    slip_bias: [f64; 2],
+    slip_noise: [f64; 2],
+    inertia: (f64, f64),
+    /// Shaft speeds, rad/s, and angles, rad.
+    speed: [f64; 2],
+    angle: [f64; 2],
+    current: f64,
+}
+
+impl Drive {
+    pub fn new(config: &config::Drive, seed: u64) -> Self {
+        let mut random = Random::stream(seed, "drive");
+        let mut spread = |nominal: f64| nominal * (1.0 + random.symmetric(config.motor_tolerance));
+        let resistance = [spread(config.resistance), spread(config.resistance)];
+        let back_emf = [spread(config.back_emf), spread(config.back_emf)];
+        let limit = config.slip_bias_limit.abs();
+        let mut bias = || (random.normal() * config.slip_bias).clamp(-limit, limit);
+        let slip_bias = [bias(), bias()];
+        let square = config.wheel_radius * config.wheel_radius;
+        let translation = config.mass * square / 4.0;
+        let rotation = config.yaw_inertia * square / (config.track_width * config.track_width);
+        Self {
+            config: config.clone(),
+            random,
+            resistance,
+            back_emf,
+            slip_bias,
+            slip_noise: [0.0; 2],
+            inertia: (config.rotor_inertia + translation + rotation, translation - rotation),
+            speed: [0.0; 2],
+            angle: [0.0; 2],
+            current: 0.0,
+        }
+    }
+
+    /// Shaft angles (left, right), radians, since the start.
+    pub fn angle(&self) -> [f64; 2] {
+        self.angle
+    }
+
+    /// Wheel surface speeds (left, right), m/s.
+    pub fn surface_speed(&self) -> [f64; 2] {
+        self.speed.map(|speed| speed * self.config.wheel_radius)
+    }
+
+    /// Slip fractions (left, right) of this moment: ground travel = surface travel × (1 - slip).
+    pub fn slip(&self) -> [f64; 2] {
+        std::array::from_fn(|wheel| self.slip_bias[wheel] + self.slip_noise[wheel])
+    }
+
+    /// Current drawn from the battery in the last step, A.
+    pub fn supply_current(&self) -> f64 {
+        self.current
+    }
+
+    /// x4 quadrature counts (left, right).
+    pub fn counts(&self) -> [i32; 2] {
+        let scale = self.config.counts_per_revolution / std::f64::consts::TAU;
+        self.angle.map(|angle| (angle * scale).floor() as i64 as i32)
+    }
+
+    /// One step of `dt` seconds at `voltage`; `blocked` adds the torque of wheels that spin on the spot.
+    /// Returns the ground travel of both wheels in metres.
+    pub fn step(&mut self, bridge: Bridge, voltage: f64, blocked: bool, dt: f64) -> [f64; 2] {
+        let mut torque = [0.0; 2];
+        self.current = 0.0;
+        for wheel in 0..2 {
+            if bridge.powered {
+                let duty = bridge.duty[wheel];
+                let emf = self.back_emf[wheel] * self.speed[wheel];
+                let current = (duty * voltage - emf) / self.resistance[wheel];
+                torque[wheel] = self.back_emf[wheel] * current;
+                self.current += duty * current;
+            }
+            torque[wheel] -= self.config.viscous_friction * self.speed[wheel];
+        }
+        let (a, b) = self.inertia;
+        let determinant = a * a - b * b;
+        let holding = self.config.coulomb_friction + if blocked { self.config.traction_torque } else { 0.0 };
+        let before = self.speed;
+        for wheel in 0..2 {
+            let push = (a * torque[wheel] - b * torque[1 - wheel]) / determinant;
+            let free = before[wheel] + push * dt;
+            // Coulomb friction may stop a wheel within a step, never reverse it.
+            let loss = holding / a * dt;
+            self.speed[wheel] = free.signum() * (free.abs() - loss).max(0.0);
+        }
+        self.vary_slip(dt);
+        let slip = self.slip();
+        std::array::from_fn(|wheel| {
+            let turned = 0.5 * (before[wheel] + self.speed[wheel]) * dt;
+            self.angle[wheel] += turned;
+            turned * self.config.wheel_radius * (1.0 - slip[wheel])
+        })
+    }
+
+    /// Ornstein-Uhlenbeck process of the configured standard deviation and correlation time.
+    fn vary_slip(&mut self, dt: f64) {
+        let decay = dt / self.config.slip_time_constant;
+        let kick = self.config.slip_noise * (2.0 * decay).sqrt();
+        for noise in &mut self.slip_noise {
+            *noise += -decay * *noise + kick * f64::from(self.random.quick_normal());
+        }
+    }
+}

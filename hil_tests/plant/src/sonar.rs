@@ -1,0 +1,98 @@
+//! Three HC-SR04: the nearest obstacle inside the cone, as the time that the sound takes.
+
+use crate::config;
+use crate::obstacle::Obstacle;
+use crate::pose::Pose;
+use crate::random::Random;
+
+/// From the trigger until the burst has left and the echo pin rises, microseconds (HC-SR04: 8 cycles and settling).
+const BURST_US: u64 = 450;
+/// The echo pin falls by itself after this time when nothing came back.
+const TIMEOUT_US: u64 = 38_000;
+
+/// An echo as the firmware's timer sees it; 0 µs is a timeout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Echo {
+    pub sensor: u8,
+    pub echo_us: u32,
+}
+
+pub struct Sonar {
+    config: config::Sonar,
+    random: Random,
+    sound_speed: f64,
+    pending: [Option<(u64, u32)>; 3],
+}
+
+impl Sonar {
+    pub fn new(config: &config::Sonar, seed: u64) -> Self {
+        let mut random = Random::stream(seed, "sonar");
+        let sound_speed = config.sound_speed * (1.0 + random.symmetric(config.sound_speed_tolerance));
+        Self { config: config.clone(), random, sound_speed, pending: [None; 3] }
+    }
+
+    /// True range of `sensor` in metres, None when nothing stands in its cone within reach.
+    pub fn true_range(&self, sensor: usize, pose: Pose, obstacles: &[Obstacle]) -> Option<f64> {
+        let [x, y, yaw] = self.config.mounts[sensor];
+        let eye = pose.compose(x, y, yaw);
+        obstacles
+            .iter()
+            .filter(|obstacle| obstacle.height > self.config.mount_height)
+            .filter_map(|obstacle| cone_range(eye, self.config.half_angle, obstacle))
+            .min_by(f64::total_cmp)
+            .filter(|range| *range <= self.config.maximum_range)
+            .map(|range| range.max(self.config.minimum_range))
+    }
+
+    /// Starts a ranging; a sensor that still waits for its echo ignores the trigger, as the part does.
+    pub fn trigger(&mut self, sensor: u8, now_us: u64, pose: Pose, obstacles: &[Obstacle]) {
+        let index = usize::from(sensor);
+        if index >= self.pending.len() || self.pending[index].is_some() {
+            return;
+        }
+        let dropped = self.random.uniform() < self.config.dropout;
+        let noise = self.random.normal();
+        let echo = self.true_range(index, pose, obstacles).filter(|_| !dropped).map(|range| {
+            let sigma = self.config.noise + self.config.noise_fraction * range;
+            let measured = (range + sigma * noise).max(self.config.minimum_range);
+            (2e6 * measured / self.sound_speed).round() as u32
+        });
+        self.pending[index] = Some(match echo {
+            Some(echo_us) => (now_us + BURST_US + u64::from(echo_us), echo_us),
+            None => (now_us + BURST_US + TIMEOUT_US, 0),
+        });
+    }
+
+    /// The echo that has come back by `now_us`, at most one a tick.
+    pub fn poll(&mut self, now_us: u64) -> Option<Echo> {
+        for (sensor, slot) in self.pending.iter_mut().enumerate() {
+            if let Some((due_us, echo_us)) = *slot {
+                if due_us <= now_us {
+                    *slot = None;
+                    return Some(Echo { sensor: sensor as u8, echo_us });
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Nearest point of a disc inside the cone that opens at `eye`: straight at its centre, or along an edge of the cone.
+fn cone_range(eye: Pose, half_angle: f64, obstacle: &Obstacle) -> Option<f64> {
+    let (dx, dy) = (obstacle.x - eye.x, obstacle.y - eye.y);
+    let distance = dx.hypot(dy);
+    if distance <= obstacle.radius {
+        return Some(0.0);
+    }
+    let (sine, cosine) = eye.heading.sin_cos();
+    let bearing = (cosine * dy - sine * dx).atan2(cosine * dx + sine * dy);
+    if bearing.abs() <= half_angle {
+        return Some(distance - obstacle.radius);
+    }
+    let off_axis = bearing.abs() - half_angle;
+    let miss = distance * off_axis.sin();
+    if off_axis >= std::f64::consts::FRAC_PI_2 || miss > obstacle.radius {
+        return None;
+    }
+    Some(distance * off_axis.cos() - (obstacle.radius * obstacle.radius - miss * miss).sqrt())
+}

@@ -1,0 +1,233 @@
+"""Builds the ground of a simulated mission: temperature, height, obstacles, mines, from a mission and a seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover_hil.ground.placement import Circle, Point, Site, check_known, place
+from rover_hil.ground.raster import Grid
+from rover_hil.ground.signature import MINE_RADIUS, SURFACE_MINE_HEIGHT, daily_contrasts, lay_signature
+from rover_hil.ground.soils import soil_named
+from rover_hil.ground.texture import lay_patches, roughness, soil_texture
+from rover_hil.ground.things import Hour, at_hour, lay_grass, lay_pebbles, lay_rock
+
+if TYPE_CHECKING:
+    from rover.mission.config import Mission
+
+MARGIN = 1.6  # metres of ground around the area, so that the camera sees beyond the border
+FINE_RESOLUTION = 0.005
+COARSE_RESOLUTION = 0.01
+FINE_CELLS = 4_000_000  # a raster larger than this is laid at the coarse resolution
+
+
+@dataclass(frozen=True)
+class Mine:
+    """A mine of the truth: metres; `depth` is the soil above it; `contrast_k` is its signed peak at that hour."""
+
+    id: int
+    x: float
+    y: float
+    radius: float
+    depth: float
+    kind: str  # "surface" or "buried"
+    contrast_k: float
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The ground at one hour. Rasters (rows, columns), row 0 at the lowest y; see `raster.Grid`.
+
+    `obstacles` (n, 4): x, y, radius, height in metres; `obstacle_kinds` says "rock" or "grass" for each.
+    """
+
+    temperature: NDArray[np.float32]
+    height: NDArray[np.float32]
+    grid: Grid
+    obstacles: NDArray[np.float64]
+    obstacle_kinds: tuple[str, ...]
+    mines: tuple[Mine, ...]
+    soil: str
+    hour: float
+    area: tuple[float, float]
+    seed: int
+    texture: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def origin_x(self) -> float:
+        """x of the raster's outer corner, m."""
+        return self.grid.origin_x
+
+    @property
+    def origin_y(self) -> float:
+        """y of the raster's outer corner, m."""
+        return self.grid.origin_y
+
+    @property
+    def resolution(self) -> float:
+        """Cell size, m."""
+        return self.grid.resolution
+
+    def truth(self) -> dict[str, Any]:
+        """What lies where, ready for JSON."""
+        shapes = [
+            {"x": x, "y": y, "radius": r, "height": h, "kind": kind}
+            for (x, y, r, h), kind in zip(self.obstacles.tolist(), self.obstacle_kinds, strict=True)
+        ]
+        return {
+            "area": {"width": self.area[0], "height": self.area[1]},
+            "hour": self.hour,
+            "soil": self.soil,
+            "seed": self.seed,
+            "mines": [
+                {
+                    "id": m.id,
+                    "x": m.x,
+                    "y": m.y,
+                    "radius": m.radius,
+                    "depth": m.depth,
+                    "kind": m.kind,
+                    "contrast_k": m.contrast_k,
+                }
+                for m in self.mines
+            ],
+            "obstacles": shapes,
+            "grass": [shape for shape in shapes if shape["kind"] == "grass"],
+            "texture": self.texture,
+        }
+
+
+def site_of(mission: Mission) -> Site:
+    """The constraints that a mission puts on placement."""
+    return Site(
+        width=float(mission.area.width),
+        height=float(mission.area.height),
+        launch=(float(mission.launch.pose.x), float(mission.launch.pose.y)),
+        goals=tuple((float(x), float(y)) for x, y in mission.goals),
+        known=tuple((float(x), float(y), float(r)) for x, y, r in mission.area.obstacles),
+    )
+
+
+def grid_of(width: float, height: float) -> Grid:
+    """The raster over an area with its margin."""
+    outer_width, outer_height = width + 2 * MARGIN, height + 2 * MARGIN
+    fine = outer_width * outer_height / FINE_RESOLUTION**2 <= FINE_CELLS
+    resolution = FINE_RESOLUTION if fine else COARSE_RESOLUTION
+    columns, rows = int(np.ceil(outer_width / resolution)), int(np.ceil(outer_height / resolution))
+    return Grid(-MARGIN, -MARGIN, resolution, columns, rows)
+
+
+def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Ground:
+    """The ground of a mission; with `data_dir`, laid from the real pictures in `<data_dir>/landmines`.
+
+    The same mission and seed give the same bytes.
+
+    Raises:
+        BadInput: unknown soil, a field too full, a goal inside a known obstacle, missing pictures.
+    """
+    site = site_of(mission)
+    check_known(site)
+    soil = soil_named(mission.field.soil)
+    hour = float(mission.time_of_day_s) / 3600.0
+    now = at_hour(soil, hour)
+    grid = grid_of(site.width, site.height)
+    # One independent stream per concern: more rocks do not change the soil's texture.
+    placing, looks, surfacing = (np.random.default_rng([seed, stream]) for stream in range(3))
+
+    radii, heights, kinds = _draw_obstacles(mission.field.rocks, mission.field.grass, placing)
+    height = roughness(grid, surfacing)
+    texture: dict[str, Any] = {"kind": "synthetic"}
+    depths = (*(0.0,) * mission.field.surface_mines, *(float(d) for d in mission.field.buried_mine_depths))
+    layout = place(site, radii, len(depths), placing)
+    temperature = soil_texture(grid, surfacing) + np.float32(now.soil)
+    lay_patches(temperature, grid, surfacing)
+    lay_pebbles(temperature, height, grid, now, surfacing)
+    mines = _lay_mines(temperature, height, grid, mission.field.soil, hour, layout.mines, depths, looks)
+
+    known_heights = placing.uniform(0.15, 0.25, size=len(site.known))
+    obstacles = np.array(
+        [
+            *((x, y, r, h) for (x, y, r), h in zip(site.known, known_heights, strict=True)),
+            *((x, y, r, h) for (x, y, r), h in zip(layout.obstacles, heights, strict=True)),
+        ],
+        dtype=np.float64,
+    ).reshape(-1, 4)
+    all_kinds = ("rock",) * len(site.known) + kinds
+    lay_obstacles(temperature, height, grid, obstacles, all_kinds, now, looks)
+    return Ground(
+        temperature=temperature,
+        height=height,
+        grid=grid,
+        obstacles=obstacles,
+        obstacle_kinds=all_kinds,
+        mines=mines,
+        soil=mission.field.soil,
+        hour=hour,
+        area=(site.width, site.height),
+        seed=seed,
+        texture=texture,
+    )
+
+
+def _draw_obstacles(
+    rocks: int, grass: int, rng: np.random.Generator
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[str, ...]]:
+    """Radii, heights (m) and kinds; rocks first."""
+    radii = (*rng.uniform(0.06, 0.18, size=rocks).tolist(), *rng.uniform(0.08, 0.15, size=grass).tolist())
+    heights = (*rng.uniform(0.12, 0.25, size=rocks).tolist(), *rng.uniform(0.08, 0.20, size=grass).tolist())
+    return radii, heights, ("rock",) * rocks + ("grass",) * grass
+
+
+def lay_obstacles(
+    temperature: NDArray[np.float32],
+    height: NDArray[np.float32],
+    grid: Grid,
+    obstacles: NDArray[np.float64],
+    kinds: tuple[str, ...],
+    now: Hour,
+    rng: np.random.Generator,
+) -> None:
+    """Lay every rock and tuft, in place."""
+    for (x, y, r, h), kind in zip(obstacles.tolist(), kinds, strict=True):
+        (lay_rock if kind == "rock" else lay_grass)(temperature, height, grid, (x, y, r, h), now, rng)
+
+
+def _lay_mines(
+    temperature: NDArray[np.float32],
+    height: NDArray[np.float32],
+    grid: Grid,
+    soil: str,
+    hour: float,
+    centres: tuple[Point, ...],
+    depths: tuple[float, ...],
+    rng: np.random.Generator,
+) -> tuple[Mine, ...]:
+    """Lay the signature of every mine; surface mines also stand out of the soil. In place."""
+    if not depths:
+        return ()
+    day = daily_contrasts(soil, depths)
+    mines = []
+    for i, ((x, y), depth) in enumerate(zip(centres, depths, strict=True)):
+        # Surface casings differ in size; buried ones are the reference disc.
+        radius = float(rng.uniform(0.050, 0.060)) if depth == 0.0 else MINE_RADIUS
+        distance = day.contrast.radius * (radius / MINE_RADIUS)
+        profile = day.profile(depth, hour, day.contrast.radius)
+        lay_signature(temperature, grid, (x, y), distance, profile)
+        if depth == 0.0:
+            lay_casing(height, grid, (x, y, radius))
+        peak = float(profile[np.argmax(np.abs(profile))])
+        kind = "surface" if depth == 0.0 else "buried"
+        mines.append(Mine(i + 1, x, y, radius, depth, kind, round(peak, 4)))
+    return tuple(mines)
+
+
+def lay_casing(height: NDArray[np.float32], grid: Grid, circle: Circle) -> None:
+    """Raise the ground to the lid of a mine that stands proud, in place."""
+    x, y, r = circle
+    window = grid.window((x, y), r)
+    inside = np.hypot(*grid.offsets(window, (x, y))) < r
+    height[window] = np.where(inside, np.float32(SURFACE_MINE_HEIGHT), height[window])

@@ -1,0 +1,182 @@
+"""Where things lie in a field: seeded rejection sampling under clearances that keep the field drivable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from rover.errors import BadInput
+
+MINE_SPACING = 0.55  # centre to centre
+MINE_TO_OBSTACLE = 0.40  # mine centre to obstacle edge
+MINE_TO_BORDER = 0.25
+MINE_TO_LAUNCH = 0.60
+MINE_TO_GOAL = 0.40
+OBSTACLE_GAP = 0.55  # edge to edge
+OBSTACLE_TO_BORDER = 0.10  # edge of the obstacle to the border, inside
+LAUNCH_DISC = 0.45
+GOAL_CLEARANCE = 0.22
+DISC_RADIUS = 0.22  # of the disc that must be able to go everywhere
+MINE_KEEP_OUT = 0.15
+CONNECTED_SHARE = 0.97
+_LAYOUTS = 60
+_DRAWS = 300
+
+Circle = tuple[float, float, float]
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Site:
+    """What placement must respect: the area from (0, 0), the launch point, goals and known obstacles."""
+
+    width: float
+    height: float
+    launch: Point
+    goals: tuple[Point, ...]
+    known: tuple[Circle, ...]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Placed circles (x, y, radius) in the order of the radii asked for, and mine centres."""
+
+    obstacles: tuple[Circle, ...]
+    mines: tuple[Point, ...]
+
+
+def _distance(a: Sequence[float], b: Sequence[float]) -> float:
+    return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
+def obstacle_fits(site: Site, circle: Circle, others: Sequence[Circle], mines: Sequence[Point]) -> bool:
+    """True when the obstacle keeps every clearance to what is already there."""
+    x, y, r = circle
+    border = r + OBSTACLE_TO_BORDER
+    return (
+        border <= x <= site.width - border
+        and border <= y <= site.height - border
+        and _distance(circle, site.launch) >= r + LAUNCH_DISC
+        and all(_distance(circle, goal) >= r + GOAL_CLEARANCE for goal in site.goals)
+        and all(_distance(circle, other) >= r + other[2] + OBSTACLE_GAP for other in others)
+        and all(_distance(circle, mine) >= r + MINE_TO_OBSTACLE for mine in mines)
+    )
+
+
+def mine_fits(site: Site, mine: Point, others: Sequence[Point], obstacles: Sequence[Circle]) -> bool:
+    """True when the mine keeps every clearance to what is already there."""
+    return (
+        MINE_TO_BORDER <= mine[0] <= site.width - MINE_TO_BORDER
+        and MINE_TO_BORDER <= mine[1] <= site.height - MINE_TO_BORDER
+        and _distance(mine, site.launch) >= MINE_TO_LAUNCH
+        and all(_distance(mine, goal) >= MINE_TO_GOAL for goal in site.goals)
+        and all(_distance(mine, other) >= MINE_SPACING for other in others)
+        and all(_distance(mine, obstacle) >= obstacle[2] + MINE_TO_OBSTACLE for obstacle in obstacles)
+    )
+
+
+def is_connected(site: Site, obstacles: Sequence[Circle], mines: Sequence[Point], cell: float = 0.02) -> bool:
+    """True when a disc can get from the launch point to nearly all free ground and to every goal."""
+    columns, rows = round(site.width / cell), round(site.height / cell)
+    x = (np.arange(columns) + 0.5)[None, :] * cell
+    y = (np.arange(rows) + 0.5)[:, None] * cell
+    free = (x >= DISC_RADIUS) & (x <= site.width - DISC_RADIUS)
+    free = free & (y >= DISC_RADIUS) & (y <= site.height - DISC_RADIUS)
+    for cx, cy, r in [*obstacles, *((mx, my, MINE_KEEP_OUT) for mx, my in mines)]:
+        free &= np.hypot(x - cx, y - cy) > r + DISC_RADIUS
+    _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+
+    def label_at(point: Point) -> int:
+        # A point at the very border counts where the disc's centre can first stand.
+        px = min(max(point[0], DISC_RADIUS + cell), site.width - DISC_RADIUS - cell)
+        py = min(max(point[1], DISC_RADIUS + cell), site.height - DISC_RADIUS - cell)
+        return int(labels[min(rows - 1, int(py / cell)), min(columns - 1, int(px / cell))])
+
+    home = label_at(site.launch)
+    if home == 0 or any(label_at(goal) != home for goal in site.goals):
+        return False
+    return np.count_nonzero(labels == home) >= CONNECTED_SHARE * np.count_nonzero(free)
+
+
+def check_known(site: Site) -> None:
+    """Refuse goals or a launch point inside a known obstacle.
+
+    Raises:
+        BadInput: naming the goal and the obstacle.
+    """
+    for i, (x, y, r) in enumerate(site.known):
+        for j, goal in enumerate(site.goals):
+            if _distance(goal, (x, y)) < r:
+                raise BadInput(f"mission.goals[{j}] {list(goal)} lies inside area.obstacles[{i}]: move the goal")
+        if _distance(site.launch, (x, y)) < r:
+            raise BadInput(f"launch point {list(site.launch)} lies inside area.obstacles[{i}]: move the launch")
+
+
+def place(
+    site: Site,
+    obstacle_radii: Sequence[float],
+    mines: int | Sequence[Point],
+    rng: np.random.Generator,
+) -> Layout:
+    """Places for obstacles of the given radii and for mines (a count, or centres that are already fixed).
+
+    Raises:
+        BadInput: the field is too full for what was asked.
+    """
+    layout = try_place(site, obstacle_radii, mines, rng, layouts=_LAYOUTS)
+    if layout is None:
+        count = mines if isinstance(mines, int) else len(mines)
+        raise BadInput(
+            f"field: {len(obstacle_radii)} rocks and grass tufts and {count} mines do not fit into "
+            f"{site.width:g} x {site.height:g} m with room to drive: ask for fewer or enlarge the area"
+        )
+    return layout
+
+
+def try_place(
+    site: Site,
+    obstacle_radii: Sequence[float],
+    mines: int | Sequence[Point],
+    rng: np.random.Generator,
+    layouts: int,
+) -> Layout | None:
+    """Like `place`, but None after `layouts` failed attempts."""
+    for _ in range(layouts):
+        layout = _draw_layout(site, obstacle_radii, mines, rng)
+        if layout is not None and is_connected(site, (*site.known, *layout.obstacles), layout.mines):
+            return layout
+    return None
+
+
+def _draw_layout(
+    site: Site, radii: Sequence[float], mines: int | Sequence[Point], rng: np.random.Generator
+) -> Layout | None:
+    """One attempt: mines first (they are the harder to place), large obstacles before small ones."""
+    centres: list[Point] = []
+    if isinstance(mines, int):
+        for _ in range(mines):
+            for _ in range(_DRAWS):
+                point = (float(rng.uniform(0, site.width)), float(rng.uniform(0, site.height)))
+                if mine_fits(site, point, centres, site.known):
+                    centres.append(point)
+                    break
+            else:
+                return None
+    else:
+        centres = list(mines)
+
+    placed: dict[int, Circle] = {}
+    for index in sorted(range(len(radii)), key=lambda i: -radii[i]):
+        taken = [*site.known, *placed.values()]
+        for _ in range(_DRAWS):
+            circle = (float(rng.uniform(0, site.width)), float(rng.uniform(0, site.height)), float(radii[index]))
+            if obstacle_fits(site, circle, taken, centres):
+                placed[index] = circle
+                break
+        else:
+            return None
+    return Layout(tuple(placed[i] for i in range(len(radii))), tuple(centres))

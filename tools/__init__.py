@@ -1,0 +1,1 @@
+"""Tools for developers: generate, train, calibrate, flash, bench."""

@@ -1,7 +1,7 @@
 """Draws the ground of a mission, or prints the daily contrast curves.
 
-    python -m rover_hil.ground --mission mission.toml --seed 3 --out field.png
-    python -m rover_hil.ground --contrasts loam
+python -m rover_hil.ground --mission mission.toml --seed 3 --out field.png
+python -m rover_hil.ground --contrasts loam
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import sys
 from pathlib import Path
 
 import cv2
-
 from rover.errors import BadInput, RoverError
+
 from rover_hil.ground.draw import picture
 from rover_hil.ground.field import build
 from rover_hil.ground.signature import contrast_table

@@ -32,7 +32,7 @@ def picture(ground: Ground, marks: bool = True) -> NDArray[np.uint8]:
 
     def label(text: str, at: tuple[int, int]) -> None:
         for tone, width in ((BLACK, 3), (WHITE, 1)):
-            cv2.putText(colour, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, tone, width, cv2.LINE_AA)
+            cv2.putText(colour, text, at, cv2.FONT_HERSHEY_PLAIN, 1.0, tone, width, cv2.LINE_AA)
 
     cv2.rectangle(colour, pixel(0, 0), pixel(*ground.area), WHITE, 1)
     for (x, y, r, _), kind in zip(ground.obstacles.tolist(), ground.obstacle_kinds, strict=True):
@@ -45,5 +45,8 @@ def picture(ground: Ground, marks: bool = True) -> NDArray[np.uint8]:
         label(f"{mine.id}: {where} {mine.contrast_k:+.1f} K", (column + 20, row - 6))
     hour = f"{int(ground.hour):02d}:{round(ground.hour % 1 * 60):02d}"
     source = ground.texture.get("kind", "")
-    label(f"{ground.soil} {hour}  {low - 273.15:.1f}..{high - 273.15:.1f} C  seed {ground.seed}  {source}", (8, 18))
+    label(
+        f"{ground.soil} {hour}  {low - 273.15:.1f}..{high - 273.15:.1f} C  seed {ground.seed}  {source}",
+        (8, 18),
+    )
     return colour

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rover.errors import BadInput
 
+from rover_hil.ground.mosaic import choose_cuttings, lay_cutting, lay_soil, measured_contrast
+from rover_hil.ground.pictures import TEXTURE_KELVIN, read_index
 from rover_hil.ground.placement import Circle, Point, Site, check_known, place
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.signature import MINE_RADIUS, SURFACE_MINE_HEIGHT, daily_contrasts, lay_signature
@@ -23,6 +27,7 @@ MARGIN = 1.6  # metres of ground around the area, so that the camera sees beyond
 FINE_RESOLUTION = 0.005
 COARSE_RESOLUTION = 0.01
 FINE_CELLS = 4_000_000  # a raster larger than this is laid at the coarse resolution
+MOST_CELLS = 25_000_000  # 100 MB a raster: fields up to about 46 x 46 m
 
 
 @dataclass(frozen=True)
@@ -113,10 +118,16 @@ def site_of(mission: Mission) -> Site:
 
 
 def grid_of(width: float, height: float) -> Grid:
-    """The raster over an area with its margin."""
+    """The raster over an area with its margin.
+
+    Raises:
+        BadInput: the area is too large to simulate.
+    """
     outer_width, outer_height = width + 2 * MARGIN, height + 2 * MARGIN
     fine = outer_width * outer_height / FINE_RESOLUTION**2 <= FINE_CELLS
     resolution = FINE_RESOLUTION if fine else COARSE_RESOLUTION
+    if outer_width * outer_height / resolution**2 > MOST_CELLS:
+        raise BadInput(f"area: {width:g} x {height:g} m is too large to simulate; stay within 46 x 46 m")
     columns, rows = int(np.ceil(outer_width / resolution)), int(np.ceil(outer_height / resolution))
     return Grid(-MARGIN, -MARGIN, resolution, columns, rows)
 
@@ -140,13 +151,21 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
 
     radii, heights, kinds = _draw_obstacles(mission.field.rocks, mission.field.grass, placing)
     height = roughness(grid, surfacing)
-    texture: dict[str, Any] = {"kind": "synthetic"}
     depths = (*(0.0,) * mission.field.surface_mines, *(float(d) for d in mission.field.buried_mine_depths))
     layout = place(site, radii, len(depths), placing)
-    temperature = soil_texture(grid, surfacing) + np.float32(now.soil)
-    lay_patches(temperature, grid, surfacing)
-    lay_pebbles(temperature, height, grid, now, surfacing)
-    mines = _lay_mines(temperature, height, grid, mission.field.soil, hour, layout.mines, depths, looks)
+    if data_dir is None:
+        temperature = soil_texture(grid, surfacing) + np.float32(now.soil)
+        lay_patches(temperature, grid, surfacing)
+        lay_pebbles(temperature, height, grid, now, surfacing)
+        mines = _lay_mines(temperature, height, grid, mission.field.soil, hour, layout.mines, depths, looks)
+        texture: dict[str, Any] = {"kind": "synthetic"}
+    else:
+        kinds_wanted = tuple(depth == 0.0 for depth in depths)
+        temperature, mines, texture = _lay_pictures(data_dir, grid, layout.mines, kinds_wanted, looks)
+        temperature += np.float32(now.soil)
+        for mine in mines:
+            if mine.kind == "surface":
+                lay_casing(height, grid, (mine.x, mine.y, mine.radius))
 
     known_heights = placing.uniform(0.15, 0.25, size=len(site.known))
     obstacles = np.array(
@@ -223,6 +242,48 @@ def _lay_mines(
         kind = "surface" if depth == 0.0 else "buried"
         mines.append(Mine(i + 1, x, y, radius, depth, kind, round(peak, 4)))
     return tuple(mines)
+
+
+def _lay_pictures(
+    data_dir: str | Path,
+    grid: Grid,
+    centres: tuple[Point, ...],
+    surface_flags: tuple[bool, ...],
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.float32], tuple[Mine, ...], dict[str, Any]]:
+    """Real texture (K about 0), the labelled mines that were laid at `centres`, and where it all came from.
+
+    A mission's surface mines become labelled surface mines, its buried ones labelled buried mines, each with the
+    depth that the set's index gives it.
+    """
+    entries = read_index(data_dir)
+    deviation, names = lay_soil(data_dir, entries, grid, rng)
+    # Cuttings may not overlap: each has half of the way to its nearest neighbour.
+    spaces = [
+        min([0.5 * math.dist(a, b) for j, b in enumerate(centres) if j != i], default=math.inf)
+        for i, a in enumerate(centres)
+    ]
+    chosen = choose_cuttings(entries, surface_flags, spaces, rng)
+    mines = []
+    for i, (cutting, centre, space) in enumerate(zip(chosen, centres, spaces, strict=True)):
+        lay_cutting(deviation, data_dir, cutting, grid, centre, space, rng)
+        contrast = measured_contrast(deviation, grid, centre, cutting.half)
+        depth = cutting.entry.depth
+        # A box on the surface frames the casing; a buried one frames a signature wider than the mine.
+        radius = (
+            float(np.clip(0.25 * (cutting.box[2] + cutting.box[3]), 0.05, 0.08))
+            if depth == 0
+            else MINE_RADIUS
+        )
+        kind = "surface" if depth == 0.0 else "buried"
+        mines.append(Mine(i + 1, *centre, radius, depth, kind, round(contrast, 4)))
+    source = {
+        "kind": "real texture, assumed scale",
+        "soil_rms_kelvin": TEXTURE_KELVIN,
+        "pictures": names,
+        "mine_pictures": [cutting.entry.name for cutting in chosen],
+    }
+    return deviation, tuple(mines), source
 
 
 def lay_casing(height: NDArray[np.float32], grid: Grid, circle: Circle) -> None:

@@ -143,7 +143,9 @@ def simulate(
     k = np.stack([_fill(case, "conductivity") for case in cases])  # (cases, nr, nz)
     capacity = np.stack([_fill(case, "heat_capacity") for case in cases])
     emissivity = np.array([case.soil.emissivity for case in cases])[:, None]
-    top = np.stack([_fill_top(case) for case in cases])  # (cases, nr, 2): absorbed share of S, convection scale
+    top = np.stack(
+        [_fill_top(case) for case in cases]
+    )  # (cases, nr, 2): absorbed share of S, convection scale
     absorbed, convection = top[..., 0], weather.convection * top[..., 1]
 
     # Conductances between cell centres, per unit of cell volume: z first, then r with its 2πr faces.
@@ -186,9 +188,7 @@ def simulate(
         right = temperature + across
         right[..., 0] += dt * to_top * f
         half_way = (solve_z @ right[..., None])[..., 0]
-        temperature = np.swapaxes(
-            (solve_r @ np.swapaxes(half_way - across, 1, 2)[..., None])[..., 0], 1, 2
-        )
+        temperature = np.swapaxes((solve_r @ np.swapaxes(half_way - across, 1, 2)[..., None])[..., 0], 1, 2)
         surface = (conductance * temperature[..., 0] + f) / (conductance + loss)
         history[..., now] = surface
     return SurfaceHistory(radius, hours, history)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
+from numpy.typing import NDArray
 from rover.errors import BadInput
 
 MINE_SPACING = 0.55  # centre to centre
@@ -80,26 +80,51 @@ def mine_fits(site: Site, mine: Point, others: Sequence[Point], obstacles: Seque
 
 
 def is_connected(site: Site, obstacles: Sequence[Circle], mines: Sequence[Point], cell: float = 0.02) -> bool:
-    """True when a disc can get from the launch point to nearly all free ground and to every goal."""
+    """True when obstacles and mines cut nothing off that a disc could reach past the known obstacles alone.
+
+    Nearly all of that ground, and every goal in it, must stay reachable from the launch point.
+    """
+    before, at_start = _reachable(site, site.known, cell)
+    blocked = [*site.known, *obstacles, *((x, y, MINE_KEEP_OUT) for x, y in mines)]
+    after, at_end = _reachable(site, blocked, cell)
+    still_free = before & at_end
+    if any(
+        before[_cell_of(site, goal, cell)] and not after[_cell_of(site, goal, cell)] for goal in site.goals
+    ):
+        return False
+    enough = np.count_nonzero(after) >= CONNECTED_SHARE * np.count_nonzero(still_free)
+    return bool(at_start.any() and enough)
+
+
+def _reachable(
+    site: Site, blocked: Sequence[Circle], cell: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Cells (rows, columns) where the disc may stand and that it can reach from the launch; where it may stand."""
     columns, rows = round(site.width / cell), round(site.height / cell)
     x = (np.arange(columns) + 0.5)[None, :] * cell
     y = (np.arange(rows) + 0.5)[:, None] * cell
     free = (x >= DISC_RADIUS) & (x <= site.width - DISC_RADIUS)
     free = free & (y >= DISC_RADIUS) & (y <= site.height - DISC_RADIUS)
-    for cx, cy, r in [*obstacles, *((mx, my, MINE_KEEP_OUT) for mx, my in mines)]:
-        free &= np.hypot(x - cx, y - cy) > r + DISC_RADIUS
+    for cx, cy, r in blocked:
+        reach = r + DISC_RADIUS
+        window = (_span(cy, reach, cell, rows), _span(cx, reach, cell, columns))
+        free[window] &= np.hypot(x[:, window[1]] - cx, y[window[0]] - cy) > reach
+    # The rover stands at the launch point, however tight it is there.
+    home = _cell_of(site, site.launch, cell)
+    free[max(0, home[0] - 3) : home[0] + 4, max(0, home[1] - 3) : home[1] + 4] = True
     _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    return labels == labels[home], free
 
-    def label_at(point: Point) -> int:
-        # A point at the very border counts where the disc's centre can first stand.
-        px = min(max(point[0], DISC_RADIUS + cell), site.width - DISC_RADIUS - cell)
-        py = min(max(point[1], DISC_RADIUS + cell), site.height - DISC_RADIUS - cell)
-        return int(labels[min(rows - 1, int(py / cell)), min(columns - 1, int(px / cell))])
 
-    home = label_at(site.launch)
-    if home == 0 or any(label_at(goal) != home for goal in site.goals):
-        return False
-    return np.count_nonzero(labels == home) >= CONNECTED_SHARE * np.count_nonzero(free)
+def _span(centre: float, reach: float, cell: float, count: int) -> slice:
+    return slice(max(0, int((centre - reach) / cell)), min(count, max(0, int((centre + reach) / cell) + 1)))
+
+
+def _cell_of(site: Site, point: Point, cell: float) -> tuple[int, int]:
+    """Row and column of a point; one at the very border counts where the disc can first stand."""
+    px = min(max(point[0], DISC_RADIUS + cell), site.width - DISC_RADIUS - cell)
+    py = min(max(point[1], DISC_RADIUS + cell), site.height - DISC_RADIUS - cell)
+    return int(py / cell), int(px / cell)
 
 
 def check_known(site: Site) -> None:
@@ -111,9 +136,13 @@ def check_known(site: Site) -> None:
     for i, (x, y, r) in enumerate(site.known):
         for j, goal in enumerate(site.goals):
             if _distance(goal, (x, y)) < r:
-                raise BadInput(f"mission.goals[{j}] {list(goal)} lies inside area.obstacles[{i}]: move the goal")
+                raise BadInput(
+                    f"mission.goals[{j}] {list(goal)} lies inside area.obstacles[{i}]: move the goal"
+                )
         if _distance(site.launch, (x, y)) < r:
-            raise BadInput(f"launch point {list(site.launch)} lies inside area.obstacles[{i}]: move the launch")
+            raise BadInput(
+                f"launch point {list(site.launch)} lies inside area.obstacles[{i}]: move the launch"
+            )
 
 
 def place(
@@ -173,7 +202,11 @@ def _draw_layout(
     for index in sorted(range(len(radii)), key=lambda i: -radii[i]):
         taken = [*site.known, *placed.values()]
         for _ in range(_DRAWS):
-            circle = (float(rng.uniform(0, site.width)), float(rng.uniform(0, site.height)), float(radii[index]))
+            circle = (
+                float(rng.uniform(0, site.width)),
+                float(rng.uniform(0, site.height)),
+                float(radii[index]),
+            )
             if obstacle_fits(site, circle, taken, centres):
                 placed[index] = circle
                 break

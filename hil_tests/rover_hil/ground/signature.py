@@ -27,7 +27,9 @@ SURFACE_EXPOSURE = 1.15
 def mine_case(soil: Material, depth: float) -> Case:
     """The ground over one mine: `depth` metres of soil above it; 0 is a mine that stands on the surface."""
     if depth <= 0.0:
-        body = Inclusion(MINE, MINE_RADIUS, MINE_THICKNESS, 0.0, albedo=CASING_ALBEDO, exposure=SURFACE_EXPOSURE)
+        body = Inclusion(
+            MINE, MINE_RADIUS, MINE_THICKNESS, 0.0, albedo=CASING_ALBEDO, exposure=SURFACE_EXPOSURE
+        )
     else:
         body = Inclusion(MINE, MINE_RADIUS, MINE_THICKNESS, depth)
     return Case(soil, body)
@@ -99,7 +101,9 @@ def lay_signature(
 TABLE_DEPTHS = (0.0, 0.01, 0.02, 0.05, 0.10)
 
 
-def contrast_table(soil: str | Material = "loam", step_hours: float = 1.0, weather: Weather = CLEAR_DAY) -> str:
+def contrast_table(
+    soil: str | Material = "loam", step_hours: float = 1.0, weather: Weather = CLEAR_DAY
+) -> str:
     """Markdown table: contrast at the centre of mines (K) by hour and depth, then extremes and zero crossings."""
     day = daily_contrasts(soil, TABLE_DEPTHS, weather)
     centre = day.contrast.temperature[:, 0]

@@ -48,7 +48,9 @@ def leaf_temperature(hour: float, weather: Weather = CLEAR_DAY) -> float:
 def at_hour(soil: Material, hour: float, weather: Weather = CLEAR_DAY) -> Hour:
     """Everything that depends on the hour: three simulated columns, the leaf balance and the sun's place."""
     rock = Inclusion(ROCK, math.inf, ROCK_COLUMN, 0.0)
-    surface = simulate([Case(soil), Case(soil, rock), Case(soil, rock, sunlight=SHADE)], weather).at(hour)[:, 0]
+    surface = simulate([Case(soil), Case(soil, rock), Case(soil, rock, sunlight=SHADE)], weather).at(hour)[
+        :, 0
+    ]
     # The sun goes from east (+x) over south (−y) to west; at noon it stands 60° high.
     phase = (hour - weather.sunrise_hour) / (weather.sunset_hour - weather.sunrise_hour)
     up = math.sin(math.pi * phase) if 0.0 < phase < 1.0 else 0.0
@@ -64,13 +66,12 @@ def at_hour(soil: Material, hour: float, weather: Weather = CLEAR_DAY) -> Hour:
     )
 
 
-def _outline(dx: NDArray[np.float64], dy: NDArray[np.float64], depth: float, rng: np.random.Generator
-             ) -> NDArray[np.float64]:
+def _outline(
+    dx: NDArray[np.float64], dy: NDArray[np.float64], depth: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
     """Radius factor per cell, in [1 − depth, 1]: a closed crooked outline that never leaves the circle."""
     angle = np.arctan2(dy, dx)
-    waves = sum(
-        rng.uniform(0.3, 1.0) / n * np.cos(n * angle + rng.uniform(0, 2 * np.pi)) for n in (2, 3, 5)
-    )
+    waves = sum(rng.uniform(0.3, 1.0) / n * np.cos(n * angle + rng.uniform(0, 2 * np.pi)) for n in (2, 3, 5))
     return 1 - depth * (0.5 + 0.5 * waves / max(float(np.abs(waves).max()), 1e-9))
 
 

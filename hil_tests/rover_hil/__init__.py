@@ -1,0 +1,1 @@
+"""Rigs that the rover's software is tested on: plant, sensors, referee, and the server that offers them."""

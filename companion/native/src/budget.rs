@@ -10,13 +10,21 @@ pub struct Budget {
 }
 
 impl Budget {
-    pub fn new(limit: u64, started: Instant, milliseconds: Option<f64>) -> Self {
+    pub fn new(limit: u64) -> Self {
         Self {
             used: 0,
             limit,
-            deadline: milliseconds.map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, 1e9) * 1e-3)),
+            deadline: None,
             expired: false,
         }
+    }
+
+    /// New limits for what follows: a total of iterations, a time since `started`.
+    pub fn improve_until(&mut self, limit: u64, started: Instant, milliseconds: Option<f64>) {
+        self.limit = limit;
+        self.deadline =
+            milliseconds.map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, 1e9) * 1e-3));
+        self.expired = self.late();
     }
 
     /// Counts one iteration; false when none is left. The clock is only read every 32 iterations.
@@ -25,7 +33,7 @@ impl Budget {
             return false;
         }
         self.used += 1;
-        if self.used % 32 == 0 {
+        if self.used.is_multiple_of(32) {
             self.expired = self.late();
         }
         true
@@ -36,7 +44,8 @@ impl Budget {
     }
 
     pub fn late(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
     }
 
     /// Lets a nested search use at most `share` iterations more.

@@ -18,7 +18,9 @@ impl Field for Circles {
         let wall = wall_distance(self.bounds(), p);
         self.obstacles
             .iter()
-            .fold(wall, |nearest, &(centre, radius)| nearest.min(distance(p, centre) - radius))
+            .fold(wall, |nearest, &(centre, radius)| {
+                nearest.min(distance(p, centre) - radius)
+            })
     }
 
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {

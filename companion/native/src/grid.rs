@@ -4,6 +4,9 @@ use crate::field::{wall_distance, Field, TOUCH};
 use crate::geometry::{distance, point_segment_squared, Point};
 use crate::transform;
 
+/// Stands for the clearance of a map with nothing in it.
+const FAR: f32 = 1e9;
+
 pub struct Grid {
     pub columns: usize,
     pub rows: usize,
@@ -15,10 +18,16 @@ pub struct Grid {
 }
 
 impl Grid {
-    pub fn new(blocked: Vec<u8>, columns: usize, rows: usize, resolution: f64, origin: Point) -> Self {
+    pub fn new(
+        blocked: Vec<u8>,
+        columns: usize,
+        rows: usize,
+        resolution: f64,
+        origin: Point,
+    ) -> Self {
         let mut clearance = transform::clearance(&blocked, columns, rows);
         for value in &mut clearance {
-            *value *= resolution as f32;
+            *value = (*value * resolution as f32).min(FAR);
         }
         Self {
             columns,
@@ -121,16 +130,17 @@ impl Field for Grid {
 
     /// Bilinear between the cells' centres, where it is exact.
     fn clearance(&self, p: Point) -> f64 {
-        let u = ((p.x - self.origin.x) / self.resolution - 0.5).clamp(0.0, (self.columns - 1) as f64);
+        let u =
+            ((p.x - self.origin.x) / self.resolution - 0.5).clamp(0.0, (self.columns - 1) as f64);
         let v = ((p.y - self.origin.y) / self.resolution - 0.5).clamp(0.0, (self.rows - 1) as f64);
         let (column, row) = (u.floor() as usize, v.floor() as usize);
-        let (next_column, next_row) = ((column + 1).min(self.columns - 1), (row + 1).min(self.rows - 1));
+        let (next_column, next_row) = (
+            (column + 1).min(self.columns - 1),
+            (row + 1).min(self.rows - 1),
+        );
         let at = |c: usize, r: usize| f64::from(self.clearance[r * self.columns + c]);
         let (fu, fv) = (u - column as f64, v - row as f64);
         let wall = wall_distance(self.bounds(), p);
-        if !at(column, row).is_finite() {
-            return wall;
-        }
         let below = at(column, row) * (1.0 - fu) + at(next_column, row) * fu;
         let above = at(column, next_row) * (1.0 - fu) + at(next_column, next_row) * fu;
         wall.min(below * (1.0 - fv) + above * fv)
@@ -142,13 +152,18 @@ impl Field for Grid {
         let length = distance(a, b);
         let mut travelled = 0.0;
         loop {
-            let fraction = if length > 0.0 { travelled / length } else { 0.0 };
+            let fraction = if length > 0.0 {
+                travelled / length
+            } else {
+                0.0
+            };
             let p = a.towards(b, fraction);
             let (column, row) = self.cell(p);
             let centre_clearance = f64::from(self.clearance[row * self.columns + column]);
             let offset = distance(p, self.centre(column, row));
             // 1e-5 of a cell covers the rounding of the stored f32.
-            let spare = centre_clearance - offset - radius - 1e-5 * (self.resolution + centre_clearance);
+            let spare =
+                centre_clearance - offset - radius - 1e-5 * (self.resolution + centre_clearance);
             if spare > 0.5 * self.resolution {
                 travelled += spare;
             } else {

@@ -67,7 +67,12 @@ pub fn clearance(blocked: &[u8], width: usize, height: usize) -> Vec<f32> {
                 f64::INFINITY
             };
         }
-        line(&source[..height], &mut out[..height], &mut vertex, &mut border);
+        line(
+            &source[..height],
+            &mut out[..height],
+            &mut vertex,
+            &mut border,
+        );
         for y in 0..height {
             columns[y * width + x] = out[y] as f32;
         }
@@ -77,7 +82,12 @@ pub fn clearance(blocked: &[u8], width: usize, height: usize) -> Vec<f32> {
         for (value, cell) in source.iter_mut().zip(row.iter()) {
             *value = f64::from(*cell);
         }
-        line(&source[..width], &mut out[..width], &mut vertex, &mut border);
+        line(
+            &source[..width],
+            &mut out[..width],
+            &mut vertex,
+            &mut border,
+        );
         for (cell, value) in row.iter_mut().zip(out.iter()) {
             *cell = value.sqrt() as f32;
         }

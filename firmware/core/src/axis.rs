@@ -74,6 +74,16 @@ impl Axis {
         self.a.div_euclid(1000)
     }
 
+    /// An axis under way, for tests: um/s and um/s^2.
+    #[cfg(test)]
+    pub fn with(velocity: i64, acceleration: i64) -> Self {
+        Self {
+            v2: velocity * 2_000_000,
+            a: acceleration * 1000,
+            ..Self::default()
+        }
+    }
+
     /// Keep `p6` small: whole metres move to their own counter.
     fn carry(&mut self) {
         if self.p6 >= WHOLE {
@@ -107,7 +117,8 @@ impl Limits {
         self.allow(&end) && self.allow_velocity(&peak)
     }
 
-    fn allow(&self, axis: &Axis) -> bool {
+    /// Whether this very state is inside the limits.
+    pub fn allow(&self, axis: &Axis) -> bool {
         axis.acceleration_micro().abs() <= self.acceleration && self.allow_velocity(axis)
     }
 

@@ -1,1 +1,48 @@
+//! What the rover's microcontroller does, without the microcontroller.
+//!
+//! [`Core`] takes bytes from the link and one set of [`Inputs`] a millisecond, and gives [`Outputs`] and bytes back.
+//! Time comes in as an argument; there is no clock, no pin and no interrupt here, so that the same code runs on the
+//! board, in virtual time on a desktop and in tests. No heap, no floating point, no unsafe code, and no input that
+//! makes it panic.
 
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+mod axis;
+mod battery;
+mod clock;
+mod commands;
+mod controller;
+mod drive_check;
+mod faults;
+mod guard;
+mod indicator;
+mod io;
+mod link;
+mod log;
+mod motion;
+mod odometry;
+pub mod parameters;
+mod reports;
+mod segment_inbox;
+mod sonar;
+mod stop;
+mod supervisor;
+mod telemetry;
+mod trigonometry;
+mod velocity_observer;
+mod wheels;
+
+pub use controller::Core;
+pub use io::{board, reset_cause, Identity, Inputs, Outputs, Reboot, SonarEcho};
+pub use link::OutgoingFrame;

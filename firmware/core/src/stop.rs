@@ -76,6 +76,7 @@ impl AxisStop {
     }
 
     /// How long the stop still takes.
+    #[cfg(test)]
     pub fn remaining_us(&self) -> u32 {
         self.phases
             .iter()
@@ -96,29 +97,12 @@ fn microseconds(change: i64, rate: i64) -> u32 {
 mod tests {
     use super::*;
 
-    fn moving(v_um_s: i64, a_um_s2: i64) -> Axis {
-        // Velocity by 1 s of a constant acceleration, then the acceleration asked for, all through the public steps.
-        let mut axis = Axis::default();
-        axis.partial(v_um_s * 1000, 1);
-        let mut axis_a = Axis::default();
-        axis_a.partial(0, 1);
-        axis.rest();
-        axis.velocity_after(v_um_s, 1); // a = v um/s^3 * 1 tick
-        axis.velocity_after(0, 1000); // v = a * 1000 ticks
-        axis.velocity_after(-v_um_s, 1);
-        let reached = axis.velocity_micro();
-        assert!((reached - v_um_s).abs() <= 1 + v_um_s.abs() / 500);
-        axis.velocity_after(a_um_s2 * 1000, 1);
-        axis
-    }
-
     #[test]
     fn every_state_comes_to_rest_within_the_limits_of_jerk_and_acceleration() {
         let (limit, jerk) = (800_000, 6_000_000);
         for v in [-450_000, -250_000, -3_000, 0, 10, 40_000, 250_000, 450_000] {
             for a in [-1_200_000, -500_000, -1_000, 0, 700, 500_000, 1_200_000] {
-                let mut axis = moving(v, a);
-                let start = axis;
+                let mut axis = Axis::with(v, a);
                 let mut stop = AxisStop::plan(&axis, limit, jerk);
                 let planned_us = stop.remaining_us();
                 let (mut last_a, mut last_v) = (axis.acceleration_micro(), axis.velocity_micro());
@@ -135,14 +119,13 @@ mod tests {
                 // The rest that was dropped is what one tick of braking takes away.
                 assert!(last_v.abs() <= 1_000, "left {last_v} um/s at {v} {a}");
                 assert!(planned_us.abs_diff(ticks * 1000) <= 2_000);
-                let _ = start;
             }
         }
     }
 
     #[test]
     fn a_stop_from_cruise_takes_the_time_and_length_of_the_closed_form() {
-        let mut axis = moving(250_000, 0);
+        let mut axis = Axis::with(250_000, 0);
         let v = axis.velocity_micro() as f64 / 1e6;
         let from = axis.position_nano();
         let mut stop = AxisStop::plan(&axis, 800_000, 6_000_000);
@@ -150,7 +133,10 @@ mod tests {
         while !stop.advance(&mut axis, 1000) {}
         let length = (axis.position_nano() - from) as f64 / 1e9;
         let expected_time = v / 0.8 + 0.8 / 6.0;
-        assert!((time - expected_time).abs() < 1e-5, "{time} {expected_time}");
+        assert!(
+            (time - expected_time).abs() < 1e-5,
+            "{time} {expected_time}"
+        );
         assert!((length - v / 2.0 * expected_time).abs() < 2e-6);
     }
 

@@ -1,1 +1,74 @@
-fn main() {}
+//! `rover-sitl`: the very core that runs on the board, as a process whose time is what its caller says.
+
+mod options;
+mod serial;
+mod tick_pipe;
+
+use std::io::{self, Read, Write};
+use std::process::ExitCode;
+
+use options::{Options, USAGE};
+use rover_core::{board, reset_cause, Core, Identity};
+use serial::Serial;
+use tick_pipe::{encode_reply, Request, REQUEST};
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1).peekable();
+    if arguments.peek().is_some_and(|first| first == "--help") {
+        println!("{USAGE}");
+        return ExitCode::SUCCESS;
+    }
+    let options = match Options::parse(arguments, option_env!("ROVER_GIT_HASH")) {
+        Ok(options) => options,
+        Err(message) => {
+            eprintln!("rover-sitl: {message}\n{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match run(&options) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("rover-sitl: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Tick until the requests end.
+fn run(options: &Options) -> io::Result<()> {
+    let mut core = Core::new(Identity {
+        board: board::SITL,
+        git_hash: options.git_hash,
+        reset_cause: reset_cause::POWER_ON,
+    });
+    let mut serial = Serial::open(options.serial, options.baud);
+    let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
+    let mut bytes = [0; REQUEST];
+    loop {
+        match requests.read_exact(&mut bytes) {
+            Ok(()) => {}
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
+            Err(error) => return Err(error),
+        }
+        let request = Request::decode(&bytes);
+        let now_us = request.inputs.now_us;
+        if !serial.receive(&mut core, request.host_bytes_due, now_us, &io::stdin()) {
+            return Ok(());
+        }
+        let outputs = core.tick(&request.inputs);
+        serial.transmit(&mut core, now_us);
+        let reply = encode_reply(&outputs, serial.bytes_sent());
+        match replies.write_all(&reply).and_then(|()| replies.flush()) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+            result => result?,
+        }
+        if core.take_reboot().is_some() {
+            // The bootloader has nothing to load here: both kinds of restart start the core anew.
+            core = Core::new(Identity {
+                board: board::SITL,
+                git_hash: options.git_hash,
+                reset_cause: reset_cause::SOFTWARE,
+            });
+        }
+    }
+}

@@ -3,8 +3,15 @@
 use crate::config;
 
 /// Open-circuit voltage of two cells over the state of charge.
-const OPEN_CIRCUIT: [(f64, f64); 7] =
-    [(0.0, 5.6), (0.05, 6.5), (0.1, 6.9), (0.25, 7.2), (0.5, 7.4), (0.75, 7.8), (1.0, 8.4)];
+const OPEN_CIRCUIT: [(f64, f64); 7] = [
+    (0.0, 5.6),
+    (0.05, 6.5),
+    (0.1, 6.9),
+    (0.25, 7.2),
+    (0.5, 7.4),
+    (0.75, 7.8),
+    (1.0, 8.4),
+];
 
 pub struct Battery {
     config: config::Battery,
@@ -14,7 +21,11 @@ pub struct Battery {
 
 impl Battery {
     pub fn new(config: &config::Battery) -> Self {
-        let mut battery = Self { config: config.clone(), charge: config.state_of_charge, voltage: 0.0 };
+        let mut battery = Self {
+            config: config.clone(),
+            charge: config.state_of_charge,
+            voltage: 0.0,
+        };
         battery.step(0.0, 0.0);
         battery
     }
@@ -37,7 +48,8 @@ impl Battery {
     pub fn step(&mut self, motor_current: f64, dt: f64) {
         let current = motor_current.max(0.0) + self.config.base_current;
         self.charge = (self.charge - current * dt / (3600.0 * self.config.capacity_ah)).max(0.0);
-        self.voltage = (open_circuit(self.charge) - current * self.config.internal_resistance).max(0.0);
+        self.voltage =
+            (open_circuit(self.charge) - current * self.config.internal_resistance).max(0.0);
     }
 }
 

@@ -54,7 +54,12 @@ pub struct Launch {
 
 impl Default for Launch {
     fn default() -> Self {
-        Self { x: 0.4, y: 0.4, heading: 0.0, surveyed_radius: 0.25 }
+        Self {
+            x: 0.4,
+            y: 0.4,
+            heading: 0.0,
+            surveyed_radius: 0.25,
+        }
     }
 }
 
@@ -186,8 +191,8 @@ pub struct Camera {
     pub mount_x: f64,
     pub mount_y: f64,
     pub mount_z: f64,
-    /// Angle of the optical axis below the horizon, radians.
-    pub pitch_down: f64,
+    /// Columns: the optical axes (right, down, forward) in base_link.
+    pub rotation: [[f64; 3]; 3],
     pub first_exposure_us: u64,
     pub period_us: u64,
     pub latency_us: u64,
@@ -207,6 +212,7 @@ pub struct Camera {
 impl Default for Camera {
     fn default() -> Self {
         let focal = 80.0 / 28.5_f64.to_radians().tan();
+        let (sine, cosine) = 52.0_f64.to_radians().sin_cos();
         Self {
             width: 160,
             height: 120,
@@ -217,7 +223,11 @@ impl Default for Camera {
             mount_x: 0.0,
             mount_y: 0.0,
             mount_z: 0.75,
-            pitch_down: 52.0_f64.to_radians(),
+            rotation: [
+                [0.0, -sine, cosine],
+                [-1.0, 0.0, 0.0],
+                [0.0, -cosine, -sine],
+            ],
             first_exposure_us: 50_000,
             period_us: 120_000,
             latency_us: 60_000,
@@ -236,7 +246,8 @@ impl Default for Camera {
 impl Config {
     /// Reads and checks a configuration; the error names the first field that is wrong.
     pub fn parse(json: &str) -> Result<Self, String> {
-        let config: Self = serde_json::from_str(json).map_err(|error| format!("plant configuration: {error}"))?;
+        let config: Self =
+            serde_json::from_str(json).map_err(|error| format!("plant configuration: {error}"))?;
         let positive = [
             ("raster_resolution", config.raster_resolution),
             ("area_width", config.area_width),
@@ -256,8 +267,24 @@ impl Config {
             ("camera.ffc_period_us", config.camera.ffc_period_us as f64),
             ("baud", config.baud as f64),
         ];
-        match positive.iter().find(|(_, value)| value.is_nan() || *value <= 0.0) {
-            Some((name, value)) => Err(format!("plant configuration: {name} must be positive, not {value}")),
+        if let Some((name, value)) = positive
+            .iter()
+            .find(|(_, value)| value.is_nan() || *value <= 0.0)
+        {
+            return Err(format!(
+                "plant configuration: {name} must be positive, not {value}"
+            ));
+        }
+        let camera = &config.camera;
+        let whole_ticks = [
+            ("camera.first_exposure_us", camera.first_exposure_us),
+            ("camera.period_us", camera.period_us),
+            ("camera.latency_us", camera.latency_us),
+        ];
+        match whole_ticks.iter().find(|(_, value)| value % 1000 != 0) {
+            Some((name, value)) => Err(format!(
+                "plant configuration: {name} must be whole ms, not {value} µs"
+            )),
             None => Ok(config),
         }
     }

@@ -47,7 +47,10 @@ impl Drive {
             back_emf,
             slip_bias,
             slip_noise: [0.0; 2],
-            inertia: (config.rotor_inertia + translation + rotation, translation - rotation),
+            inertia: (
+                config.rotor_inertia + translation + rotation,
+                translation - rotation,
+            ),
             speed: [0.0; 2],
             angle: [0.0; 2],
             current: 0.0,
@@ -77,35 +80,34 @@ impl Drive {
     /// x4 quadrature counts (left, right).
     pub fn counts(&self) -> [i32; 2] {
         let scale = self.config.counts_per_revolution / std::f64::consts::TAU;
-        self.angle.map(|angle| (angle * scale).floor() as i64 as i32)
+        self.angle
+            .map(|angle| (angle * scale).floor() as i64 as i32)
     }
 
     /// One step of `dt` seconds at `voltage`; `blocked` adds the torque of wheels that spin on the spot.
     /// Returns the ground travel of both wheels in metres.
     pub fn step(&mut self, bridge: Bridge, voltage: f64, blocked: bool, dt: f64) -> [f64; 2] {
-        let mut torque = [0.0; 2];
         self.current = 0.0;
-        for wheel in 0..2 {
+        let mut motor_torque = |wheel: usize| {
+            let mut torque = -self.config.viscous_friction * self.speed[wheel];
             if bridge.powered {
                 let duty = bridge.duty[wheel];
                 let emf = self.back_emf[wheel] * self.speed[wheel];
                 let current = (duty * voltage - emf) / self.resistance[wheel];
-                torque[wheel] = self.back_emf[wheel] * current;
+                torque += self.back_emf[wheel] * current;
                 self.current += duty * current;
             }
-            torque[wheel] -= self.config.viscous_friction * self.speed[wheel];
-        }
-        let (a, b) = self.inertia;
-        let determinant = a * a - b * b;
-        let holding = self.config.coulomb_friction + if blocked { self.config.traction_torque } else { 0.0 };
+            torque
+        };
+        let torque = [motor_torque(0), motor_torque(1)];
+        let holding = self.config.coulomb_friction
+            + if blocked {
+                self.config.traction_torque
+            } else {
+                0.0
+            };
         let before = self.speed;
-        for wheel in 0..2 {
-            let push = (a * torque[wheel] - b * torque[1 - wheel]) / determinant;
-            let free = before[wheel] + push * dt;
-            // Coulomb friction may stop a wheel within a step, never reverse it.
-            let loss = holding / a * dt;
-            self.speed[wheel] = free.signum() * (free.abs() - loss).max(0.0);
-        }
+        self.speed = self.rub(torque, holding, dt);
         self.vary_slip(dt);
         let slip = self.slip();
         std::array::from_fn(|wheel| {
@@ -113,6 +115,28 @@ impl Drive {
             self.angle[wheel] += turned;
             turned * self.config.wheel_radius * (1.0 - slip[wheel])
         })
+    }
+
+    /// Speeds after `dt` with the motors' torques and a Coulomb friction of up to `holding`, which slows a wheel down
+    /// or holds it, and never reverses it. Both frictions are found together by projected Gauss-Seidel sweeps, which
+    /// converge fast because the wheels are weakly coupled.
+    fn rub(&self, torque: [f64; 2], holding: f64, dt: f64) -> [f64; 2] {
+        const SWEEPS: usize = 4;
+        let (a, b) = self.inertia;
+        let determinant = a * a - b * b;
+        let (own, other) = (a / determinant * dt, -b / determinant * dt);
+        let after = |wheel: usize, friction: [f64; 2]| {
+            let push = |w: usize| torque[w] + friction[w];
+            self.speed[wheel] + own * push(wheel) + other * push(1 - wheel)
+        };
+        let mut friction = [0.0; 2];
+        for _ in 0..SWEEPS {
+            for wheel in 0..2 {
+                let stopping = friction[wheel] - after(wheel, friction) / own;
+                friction[wheel] = stopping.clamp(-holding, holding);
+            }
+        }
+        [after(0, friction), after(1, friction)]
     }
 
     /// Ornstein-Uhlenbeck process of the configured standard deviation and correlation time.

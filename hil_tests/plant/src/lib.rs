@@ -1,1 +1,264 @@
+//! `rover_plant`: the simulated world of the rover as a Python module. Physics and sensors are plain Rust, stepped
+//! 1 kHz at a time; this file only converts between Python and them.
 
+mod battery;
+mod camera;
+mod config;
+mod drive;
+mod obstacle;
+mod pose;
+mod random;
+mod referee;
+mod sitl;
+mod sonar;
+mod survey;
+mod terrain;
+mod tiles;
+mod wire;
+mod world;
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyConnectionError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::drive::Bridge;
+use crate::obstacle::Obstacle;
+use crate::pose::Pose;
+use crate::terrain::Terrain;
+use crate::world::World;
+
+type FrameTuple<'py> = (u64, u64, u64, bool, Bound<'py, PyBytes>);
+
+/// The rover and its field. `config_json`: see config.rs; rasters float32 (rows, columns), kelvin and metres;
+/// obstacles float64 (n, 4): x, y, radius, height. Raises ValueError for a bad configuration.
+#[pyclass]
+struct Plant {
+    world: World,
+}
+
+#[pymethods]
+impl Plant {
+    #[new]
+    fn new(
+        config_json: &str,
+        temperature: PyReadonlyArray2<'_, f32>,
+        height: PyReadonlyArray2<'_, f32>,
+        obstacles: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        let config = config::Config::parse(config_json).map_err(PyValueError::new_err)?;
+        if temperature.shape() != height.shape() {
+            return Err(PyValueError::new_err(
+                "temperature and height must have the same shape",
+            ));
+        }
+        if obstacles.shape()[1] != 4 {
+            return Err(PyValueError::new_err(
+                "obstacles must have four columns: x, y, radius, height",
+            ));
+        }
+        let columns = height.shape()[1];
+        let origin = (config.raster_origin_x, config.raster_origin_y);
+        let rasters = (
+            temperature.as_array().iter().copied().collect(),
+            height.as_array().iter().copied().collect(),
+        );
+        let terrain = Terrain::new(
+            rasters.0,
+            rasters.1,
+            columns,
+            origin,
+            config.raster_resolution,
+        )
+        .map_err(PyValueError::new_err)?;
+        let obstacles = obstacles
+            .as_array()
+            .rows()
+            .into_iter()
+            .map(|row| Obstacle {
+                x: row[0],
+                y: row[1],
+                radius: row[2],
+                height: row[3],
+            })
+            .collect();
+        Ok(Self {
+            world: World::new(config, terrain, obstacles),
+        })
+    }
+
+    /// Puts a running rover-sitl into the loop: descriptors of its stdin (write end) and stdout (read end).
+    fn attach_sitl(&mut self, stdin_fd: i32, stdout_fd: i32) -> PyResult<()> {
+        self.world.attach(sitl::Sitl::attach(stdin_fd, stdout_fd)?);
+        Ok(())
+    }
+
+    /// Physics and firmware up to `until_us`; `host_bytes`: total that the host has written up to the present.
+    /// Returns [(time_us, total bytes of the firmware)] where the total changed. Raises ConnectionError when
+    /// rover-sitl has ended.
+    fn run_until(
+        &mut self,
+        py: Python<'_>,
+        until_us: u64,
+        host_bytes: u64,
+    ) -> PyResult<Vec<(u64, u64)>> {
+        let world = &mut self.world;
+        py.detach(|| world.run_until(until_us, host_bytes))
+            .map_err(|error| PyConnectionError::new_err(error.to_string()))
+    }
+
+    /// One millisecond of physics with duties -1..1, for rigs that bring their own firmware.
+    fn step(&mut self, duty_left: f64, duty_right: f64, powered: bool) {
+        self.world.bridge = Bridge {
+            duty: [duty_left, duty_right],
+            powered,
+        };
+        self.world.step();
+    }
+
+    #[getter]
+    fn now_us(&self) -> u64 {
+        self.world.now_us
+    }
+
+    /// True pose: x, y (m), heading (rad, unwrapped).
+    fn pose(&self) -> (f64, f64, f64) {
+        let pose = self.world.pose;
+        (pose.x, pose.y, pose.heading)
+    }
+
+    /// x4 quadrature counts (left, right).
+    fn encoders(&self) -> (i32, i32) {
+        self.world.drive.counts().into()
+    }
+
+    /// Wheel angles in radians since the start (left, right).
+    fn wheel_angles(&self) -> (f64, f64) {
+        self.world.drive.angle().into()
+    }
+
+    /// Wheel surface speeds in m/s (left, right).
+    fn wheel_speeds(&self) -> (f64, f64) {
+        self.world.drive.surface_speed().into()
+    }
+
+    /// Slip fractions of this moment (left, right).
+    fn slip(&self) -> (f64, f64) {
+        self.world.drive.slip().into()
+    }
+
+    /// Duties (left, right) and whether the bridges are powered, as commanded last.
+    fn duty(&self) -> (f64, f64, bool) {
+        let bridge = self.world.bridge;
+        (bridge.duty[0], bridge.duty[1], bridge.powered)
+    }
+
+    /// Terminal voltage in V, and state of charge 0 to 1.
+    fn battery(&self) -> (f64, f64) {
+        (self.world.battery.voltage(), self.world.battery.charge())
+    }
+
+    fn set_charge(&mut self, charge: f64) {
+        self.world.battery.set_charge(charge);
+    }
+
+    fn set_emergency_stop(&mut self, active: bool) {
+        self.world.emergency_stop = active;
+    }
+
+    /// Lamp and buzzer of the rover.
+    fn signals(&self) -> (bool, bool) {
+        (self.world.led, self.world.buzzer)
+    }
+
+    /// Starts a ranging of sensor 0 to 2.
+    fn trigger_sonar(&mut self, sensor: u8) {
+        self.world.trigger_sonar(sensor);
+    }
+
+    /// (sensor, echo_us) that is back by now, 0 µs for a timeout; None when none is.
+    fn poll_echo(&mut self) -> Option<(u8, u32)> {
+        self.world
+            .poll_echo()
+            .map(|echo| (echo.sensor, echo.echo_us))
+    }
+
+    /// True range of a sonar in metres from a pose, None when nothing is in its cone.
+    fn sonar_range(&self, sensor: usize, x: f64, y: f64, heading: f64) -> PyResult<Option<f64>> {
+        if sensor > 2 {
+            return Err(PyValueError::new_err(format!(
+                "sonar {sensor}: there are three, 0 to 2"
+            )));
+        }
+        Ok(self
+            .world
+            .sonar
+            .true_range(sensor, Pose { x, y, heading }, &self.world.obstacles))
+    }
+
+    /// Frames delivered since the last call: (sequence, exposure_us, delivered_us, ffc, uint16 LE kelvin × 100).
+    fn take_frames<'py>(&mut self, py: Python<'py>) -> Vec<FrameTuple<'py>> {
+        let frames = std::mem::take(&mut self.world.delivered);
+        let convert = |frame: camera::Frame| {
+            let bytes: Vec<u8> = frame
+                .counts
+                .iter()
+                .flat_map(|count| count.to_le_bytes())
+                .collect();
+            (
+                frame.sequence,
+                frame.exposure_us,
+                frame.delivered_us,
+                frame.ffc,
+                PyBytes::new(py, &bytes),
+            )
+        };
+        frames.into_iter().map(convert).collect()
+    }
+
+    /// What a perfect sensor sees from a pose: kelvin, float32 (pixels,), row-major.
+    fn scene<'py>(
+        &self,
+        py: Python<'py>,
+        x: f64,
+        y: f64,
+        heading: f64,
+    ) -> Bound<'py, PyArray1<f32>> {
+        let world = &self.world;
+        PyArray1::from_vec(
+            py,
+            py.detach(|| world.camera.scene(Pose { x, y, heading }, &world.terrain).0),
+        )
+    }
+
+    /// True trajectory, float64 (n, 4): time s, x, y, heading; every 10 ms.
+    fn truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let truth = &self.world.referee.truth;
+        PyArray1::from_vec(py, truth.iter().flatten().copied().collect()).reshape([truth.len(), 4])
+    }
+
+    /// Ground seen so far: bool (rows, columns), with x and y of its lower-left corner and the cell's side in m.
+    fn seen<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<bool>>, f64, f64, f64)> {
+        let (columns, rows, x, y) = self.world.survey.shape();
+        let raster = PyArray1::from_slice(py, self.world.survey.seen()).reshape([rows, columns])?;
+        Ok((raster, x, y, survey::CELL))
+    }
+
+    /// The referee's counts. A clearance is None when there is nothing to keep clear of.
+    fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (referee, survey) = (&self.world.referee, &self.world.survey);
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let verdict = PyDict::new(py);
+        verdict.set_item("collisions", referee.collisions)?;
+        verdict.set_item("min_clearance_m", finite(referee.min_clearance))?;
+        verdict.set_item("min_wall_clearance_m", finite(referee.min_wall_clearance))?;
+        verdict.set_item("unseen_ground_m2", survey.unseen_touched())?;
+        verdict.set_item("seen_share", survey.seen_share())?;
+        Ok(verdict)
+    }
+}
+
+#[pymodule]
+fn rover_plant(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Plant>()
+}

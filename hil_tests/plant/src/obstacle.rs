@@ -24,7 +24,13 @@ pub fn wall_clearance(pose: Pose, radius: f64, width: f64, height: f64) -> f64 {
 }
 
 /// Pushes a disc of `radius` out of what it has run into. Returns the corrected pose, and whether it was in contact.
-pub fn block(pose: Pose, radius: f64, obstacles: &[Obstacle], width: f64, height: f64) -> (Pose, bool) {
+pub fn block(
+    pose: Pose,
+    radius: f64,
+    obstacles: &[Obstacle],
+    width: f64,
+    height: f64,
+) -> (Pose, bool) {
     let mut free = pose;
     let mut contact = false;
     for o in obstacles {
@@ -37,7 +43,9 @@ pub fn block(pose: Pose, radius: f64, obstacles: &[Obstacle], width: f64, height
             free.y = o.y + dy / distance * reach;
         }
     }
-    let inside = |value: f64, size: f64| value.clamp(radius.min(0.5 * size), (size - radius).max(0.5 * size));
+    let inside = |value: f64, size: f64| {
+        value.clamp(radius.min(0.5 * size), (size - radius).max(0.5 * size))
+    };
     let (x, y) = (inside(free.x, width), inside(free.y, height));
     contact |= x != free.x || y != free.y;
     free.x = x;

@@ -24,8 +24,16 @@ impl Pose {
         let turn = (right - left) / track;
         // The chord of an arc lies at half the turn; its length differs from the arc by sinc(turn / 2).
         let half = 0.5 * turn;
-        let chord = if half.abs() < 1e-6 { travel } else { travel * half.sin() / half };
+        let chord = if half.abs() < 1e-6 {
+            travel
+        } else {
+            travel * half.sin() / half
+        };
         let (sine, cosine) = (self.heading + half).sin_cos();
-        Self { x: self.x + chord * cosine, y: self.y + chord * sine, heading: self.heading + turn }
+        Self {
+            x: self.x + chord * cosine,
+            y: self.y + chord * sine,
+            heading: self.heading + turn,
+        }
     }
 }

@@ -7,8 +7,9 @@ use crate::random::Random;
 
 /// From the trigger until the burst has left and the echo pin rises, microseconds (HC-SR04: 8 cycles and settling).
 const BURST_US: u64 = 450;
-/// The echo pin falls by itself after this time when nothing came back.
-const TIMEOUT_US: u64 = 38_000;
+/// The rover's echo timer gives up after this time: later than any echo from the greatest range (23.3 ms), sooner
+/// than the next sensor's turn.
+const TIMEOUT_US: u64 = 27_000;
 
 /// An echo as the firmware's timer sees it; 0 µs is a timeout.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +28,14 @@ pub struct Sonar {
 impl Sonar {
     pub fn new(config: &config::Sonar, seed: u64) -> Self {
         let mut random = Random::stream(seed, "sonar");
-        let sound_speed = config.sound_speed * (1.0 + random.symmetric(config.sound_speed_tolerance));
-        Self { config: config.clone(), random, sound_speed, pending: [None; 3] }
+        let sound_speed =
+            config.sound_speed * (1.0 + random.symmetric(config.sound_speed_tolerance));
+        Self {
+            config: config.clone(),
+            random,
+            sound_speed,
+            pending: [None; 3],
+        }
     }
 
     /// True range of `sensor` in metres, None when nothing stands in its cone within reach.
@@ -52,14 +59,17 @@ impl Sonar {
         }
         let dropped = self.random.uniform() < self.config.dropout;
         let noise = self.random.normal();
-        let echo = self.true_range(index, pose, obstacles).filter(|_| !dropped).map(|range| {
-            let sigma = self.config.noise + self.config.noise_fraction * range;
-            let measured = (range + sigma * noise).max(self.config.minimum_range);
-            (2e6 * measured / self.sound_speed).round() as u32
-        });
+        let echo = self
+            .true_range(index, pose, obstacles)
+            .filter(|_| !dropped)
+            .map(|range| {
+                let sigma = self.config.noise + self.config.noise_fraction * range;
+                let measured = (range + sigma * noise).max(self.config.minimum_range);
+                (2e6 * measured / self.sound_speed).round() as u32
+            });
         self.pending[index] = Some(match echo {
             Some(echo_us) => (now_us + BURST_US + u64::from(echo_us), echo_us),
-            None => (now_us + BURST_US + TIMEOUT_US, 0),
+            None => (now_us + TIMEOUT_US, 0),
         });
     }
 
@@ -69,7 +79,10 @@ impl Sonar {
             if let Some((due_us, echo_us)) = *slot {
                 if due_us <= now_us {
                     *slot = None;
-                    return Some(Echo { sensor: sensor as u8, echo_us });
+                    return Some(Echo {
+                        sensor: sensor as u8,
+                        echo_us,
+                    });
                 }
             }
         }

@@ -1,23 +1,21 @@
 //! The ground as two rasters, height and temperature, and the rays that meet it.
 //!
-//! A ray is followed through square tiles whose greatest height is known: while the ray stays above a tile's greatest
-//! height it is skipped in one step, only below it the ray advances by half a cell.
+//! A ray is followed in units of cells through square tiles whose greatest height is known: while the ray stays
+//! above that height the tile is skipped in one step, only below it the ray advances cell by cell. This is the inner
+//! loop of the renderer, hence single precision and no divisions.
 
-/// Cells along the side of a tile.
-const TILE: usize = 8;
-/// The finest step of a ray, in cells.
-const STEP: f64 = 0.5;
+use crate::tiles::{Ray, Tiles};
 
 pub struct Terrain {
     columns: usize,
-    rows: usize,
     origin: (f64, f64),
-    resolution: f64,
+    /// Cells per metre.
+    density: f64,
     temperature: Vec<f32>,
     height: Vec<f32>,
-    tile_columns: usize,
-    tile_rows: usize,
-    tiles: Vec<f32>,
+    last_column: f32,
+    last_row: f32,
+    tiles: Tiles,
     highest: f64,
     lowest: f64,
 }
@@ -35,163 +33,137 @@ impl Terrain {
         resolution: f64,
     ) -> Result<Self, String> {
         if columns < 2 || height.len() < 2 * columns || temperature.len() != height.len() {
-            return Err("ground rasters: temperature and height must have one shape, at least 2 x 2 cells".into());
+            return Err(
+                "ground rasters: temperature and height must have one shape, at least 2 x 2 cells"
+                    .into(),
+            );
         }
-        if let Some(index) = (0..height.len()).find(|&i| !(height[i].is_finite() && temperature[i].is_finite())) {
-            return Err(format!("ground rasters: cell ({}, {}) is not finite", index % columns, index / columns));
+        if let Some(index) =
+            (0..height.len()).find(|&i| !(height[i].is_finite() && temperature[i].is_finite()))
+        {
+            return Err(format!(
+                "ground rasters: cell ({}, {}) is not finite",
+                index % columns,
+                index / columns
+            ));
         }
         let rows = height.len() / columns;
-        let (tile_columns, tile_rows) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
-        let mut tiles = vec![f32::NEG_INFINITY; tile_columns * tile_rows];
-        for tile_row in 0..tile_rows {
-            for tile_column in 0..tile_columns {
-                // One cell more on each side: bilinear interpolation at the rim reads the neighbours.
-                let span = |tile: usize, size: usize| (tile * TILE).saturating_sub(1)..((tile + 1) * TILE + 1).min(size);
-                let tile = &mut tiles[tile_row * tile_columns + tile_column];
-                for row in span(tile_row, rows) {
-                    let line = &height[row * columns..(row + 1) * columns];
-                    *tile = line[span(tile_column, columns)].iter().fold(*tile, |max, h| max.max(*h));
-                }
-            }
-        }
         let highest = f64::from(height.iter().fold(f32::NEG_INFINITY, |max, h| max.max(*h)));
         let lowest = f64::from(height.iter().fold(f32::INFINITY, |min, h| min.min(*h)));
         Ok(Self {
             columns,
-            rows,
             origin,
-            resolution,
+            density: 1.0 / resolution,
             temperature,
+            // A hair less than the last centre: its right and upper neighbours are read too.
+            last_column: (columns - 1) as f32 - 1e-3,
+            last_row: (rows - 1) as f32 - 1e-3,
+            tiles: Tiles::new(&height, columns),
             height,
-            tile_columns,
-            tile_rows,
-            tiles,
             highest,
             lowest,
         })
     }
 
-    /// Index of the upper-left of the four cells around (x, y) and the weights towards its neighbours.
-    /// Beyond the rim the ground goes on as its outermost cells.
-    fn locate(&self, x: f64, y: f64) -> (usize, f32, f32) {
-        let column = ((x - self.origin.0) / self.resolution - 0.5).clamp(0.0, (self.columns - 1) as f64 - 1e-6);
-        let row = ((y - self.origin.1) / self.resolution - 0.5).clamp(0.0, (self.rows - 1) as f64 - 1e-6);
-        let (i, j) = (column as usize, row as usize);
-        (j * self.columns + i, (column - i as f64) as f32, (row - j as f64) as f32)
+    /// Greatest height anywhere, metres.
+    pub fn highest(&self) -> f64 {
+        self.highest
     }
 
-    fn sample(&self, raster: &[f32], x: f64, y: f64) -> f32 {
-        let (index, wx, wy) = self.locate(x, y);
-        let lower = raster[index] + wx * (raster[index + 1] - raster[index]);
+    /// Least height anywhere, metres.
+    pub fn lowest(&self) -> f64 {
+        self.lowest
+    }
+
+    /// Index of the lower-left of the four cells around (column, row), given in cells from the centre of cell (0, 0),
+    /// and the weights towards its neighbours. Beyond the rim the ground goes on as its outermost cells.
+    #[inline]
+    fn locate(&self, column: f32, row: f32) -> (usize, f32, f32) {
+        let column = column.max(0.0).min(self.last_column);
+        let row = row.max(0.0).min(self.last_row);
+        // Conversion to i32 truncates, which is floor here, and is much cheaper than to usize.
+        let (i, j) = (column as i32, row as i32);
+        let index = j as usize * self.columns + i as usize;
+        (index, column - i as f32, row - j as f32)
+    }
+
+    #[inline]
+    fn sample(&self, raster: &[f32], column: f32, row: f32) -> f32 {
+        let (index, wx, wy) = self.locate(column, row);
         let above = index + self.columns;
+        let lower = raster[index] + wx * (raster[index + 1] - raster[index]);
         let upper = raster[above] + wx * (raster[above + 1] - raster[above]);
         lower + wy * (upper - lower)
     }
 
+    fn to_cells(&self, x: f64, y: f64) -> (f32, f32) {
+        let column = (x - self.origin.0) * self.density - 0.5;
+        let row = (y - self.origin.1) * self.density - 0.5;
+        (column as f32, row as f32)
+    }
+
     /// Height at (x, y), metres, bilinear.
     pub fn height_at(&self, x: f64, y: f64) -> f64 {
-        f64::from(self.sample(&self.height, x, y))
+        let (column, row) = self.to_cells(x, y);
+        f64::from(self.sample(&self.height, column, row))
     }
 
-    /// Temperature at (x, y), kelvin, bilinear.
-    pub fn temperature_at(&self, x: f64, y: f64) -> f32 {
-        self.sample(&self.temperature, x, y)
-    }
-
-    /// Where a ray from `eye` along `direction` (any length) first meets the ground; None when it goes to the sky.
-    pub fn cast(&self, eye: Point, direction: Point) -> Option<(f64, f64)> {
+    /// Where a ray from `eye` along `direction` first meets the ground: in lengths of `direction`, and the
+    /// temperature there in kelvin. None when it goes to the sky.
+    pub fn look(&self, eye: Point, direction: Point) -> Option<(f32, f32)> {
         if direction[2] >= -1e-6 {
             return None;
         }
-        let start = ((self.highest - eye[2]) / direction[2]).max(0.0);
-        let end = ((self.lowest - eye[2]) / direction[2]).max(0.0);
-        let hit = self.march(eye, direction, start, end).unwrap_or(end);
-        Some((eye[0] + hit * direction[0], eye[1] + hit * direction[1]))
+        let ray = self.ray(eye, direction);
+        let end = ((self.lowest as f32 - ray.eye[2]) * ray.inverse[2]).max(0.0);
+        let hit = self.march(&ray, self.entry(&ray), end).unwrap_or(end);
+        let (column, row, _) = ray.at(hit);
+        Some((hit, self.sample(&self.temperature, column, row)))
     }
 
-    /// Whether the ground between `eye` and the ground point (x, y) hides that point.
-    pub fn hidden(&self, eye: Point, x: f64, y: f64) -> bool {
-        // The point lies a little above its cell, so that the cell does not hide itself.
-        const LIFT: f64 = 0.003;
-        let z = self.height_at(x, y) + LIFT;
-        let direction = [x - eye[0], y - eye[1], z - eye[2]];
-        if direction[2] >= 0.0 {
-            return true;
+    fn ray(&self, eye: Point, direction: Point) -> Ray {
+        let (column, row) = self.to_cells(eye[0], eye[1]);
+        let slope = [
+            (direction[0] * self.density) as f32,
+            (direction[1] * self.density) as f32,
+            direction[2] as f32,
+        ];
+        Ray {
+            eye: [column, row, eye[2] as f32],
+            slope,
+            inverse: slope.map(|s| 1.0 / s),
         }
-        let start = ((self.highest - eye[2]) / direction[2]).max(0.0);
-        start < 1.0 && self.march(eye, direction, start, 1.0).is_some()
     }
 
-    /// First parameter in [start, end] at which the ray is below the ground.
-    fn march(&self, eye: Point, direction: Point, start: f64, end: f64) -> Option<f64> {
-        let at = |t: f64| (eye[0] + t * direction[0], eye[1] + t * direction[1], eye[2] + t * direction[2]);
-        let run = direction[0].hypot(direction[1]);
-        let step = STEP * self.resolution / run.max(-direction[2]);
-        let nudge = 1e-4 * step;
-        let side = TILE as f64 * self.resolution;
-        let mut t = start;
-        let mut above = start;
-        while t <= end {
-            let (x, y, z) = at(t);
-            let (top, leave) = self.tile(x, y, direction, side);
-            let exit = (t + leave + nudge).min(end);
-            if at(exit).2 > top {
-                if exit >= end {
-                    return None;
-                }
-                (t, above) = (exit, exit);
-                continue;
+    /// Where the ray comes down to the highest ground.
+    fn entry(&self, ray: &Ray) -> f32 {
+        ((self.highest as f32 - ray.eye[2]) * ray.inverse[2]).max(0.0)
+    }
+
+    /// First parameter in [start, end] at which the descending ray is below the ground.
+    fn march(&self, ray: &Ray, start: f32, end: f32) -> Option<f32> {
+        let level = ray.slope[0].abs().max(ray.slope[1].abs());
+        let step = 1.0 / level.max(-ray.slope[2] * self.density as f32);
+        self.tiles
+            .walk(ray, start, end, |from, to| self.search(ray, from, to, step))
+    }
+
+    /// The same in a part of the ray that is known to begin above the ground.
+    #[inline]
+    fn search(&self, ray: &Ray, from: f32, to: f32, step: f32) -> Option<f32> {
+        let (mut t, mut above, mut room) = (from, from, 0.0);
+        loop {
+            let (column, row, z) = ray.at(t);
+            let gap = z - self.sample(&self.height, column, row);
+            if gap <= 0.0 {
+                // The crossing between the last two points, both gaps taken as the ends of a line.
+                return Some(above + (t - above) * room / (room - gap).max(1e-9));
             }
-            if z > top {
-                // Into the tile's reach, still above all of it.
-                t += (top - z) / direction[2];
-                above = t;
+            if t >= to {
+                return None;
             }
-            while t <= exit {
-                let (x, y, z) = at(t);
-                if z <= self.height_at(x, y) {
-                    return Some(self.refine(eye, direction, above, t));
-                }
-                above = t;
-                if t >= end {
-                    return None;
-                }
-                t = (t + step).min(end);
-            }
+            (above, room) = (t, gap);
+            t = (t + step).min(to);
         }
-        None
-    }
-
-    /// Greatest height of the tile at (x, y), and the ray parameter until the ray leaves it.
-    fn tile(&self, x: f64, y: f64, direction: Point, side: f64) -> (f64, f64) {
-        let (u, v) = ((x - self.origin.0) / side, (y - self.origin.1) / side);
-        let column = u.floor().clamp(0.0, (self.tile_columns - 1) as f64);
-        let row = v.floor().clamp(0.0, (self.tile_rows - 1) as f64);
-        let top = f64::from(self.tiles[row as usize * self.tile_columns + column as usize]);
-        let distance = |position: f64, slope: f64| {
-            let whole = position.floor();
-            if slope > 1e-12 {
-                (whole + 1.0 - position) * side / slope
-            } else if slope < -1e-12 {
-                (whole - position) * side / slope
-            } else {
-                f64::INFINITY
-            }
-        };
-        (top, distance(u, direction[0]).min(distance(v, direction[1])))
-    }
-
-    /// The crossing between `above` (above the ground) and `below`, by bisection to a fraction of a millimetre.
-    fn refine(&self, eye: Point, direction: Point, mut above: f64, mut below: f64) -> f64 {
-        for _ in 0..5 {
-            let middle = 0.5 * (above + below);
-            let (x, y) = (eye[0] + middle * direction[0], eye[1] + middle * direction[1]);
-            if eye[2] + middle * direction[2] > self.height_at(x, y) {
-                above = middle;
-            } else {
-                below = middle;
-            }
-        }
-        0.5 * (above + below)
     }
 }

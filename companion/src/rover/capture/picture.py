@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.capture.tiff import decode_plain_tiff
 from rover.errors import BadInput
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
@@ -21,7 +22,11 @@ def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
     file = Path(path)
     if not file.is_file():
         raise BadInput(f"{file}: no such picture")
-    data = np.frombuffer(file.read_bytes(), dtype=np.uint8)
+    content = file.read_bytes()
+    plain = decode_plain_tiff(content)
+    if plain is not None:
+        return plain
+    data = np.frombuffer(content, dtype=np.uint8)
     try:
         image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
     except cv2.error:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 from rover.link.unwrap import unwrap
 
-WINDOW = 64
-"""Samples kept: 32 s at two a second."""
+WINDOW = 128
+"""Samples kept: 64 s at two a second."""
 
 MINIMUM_SPAN = 4.0
 """Seconds that the window must span before a drift is fitted; before that the drift is taken as zero."""

@@ -39,7 +39,7 @@ START_MARGIN = 0.04
 START_DELAY = 0.15
 """Seconds from now at which a run starts that missed its time."""
 
-Send = Callable[..., None]
+Send = Callable[..., object]
 
 
 class SegmentLike(Protocol):
@@ -48,9 +48,9 @@ class SegmentLike(Protocol):
     @property
     def duration_us(self) -> int: ...
     @property
-    def jerk_travel_um_s3(self) -> int: ...
+    def jerk_travel(self) -> int: ...
     @property
-    def jerk_heading_urad_s3(self) -> int: ...
+    def jerk_heading(self) -> int: ...
     @property
     def rest(self) -> bool: ...
 
@@ -175,8 +175,8 @@ class SegmentStream:
             self._send("SegmentStart", index=index, start_time=start_us)
         segment = item.segment
         flags = (FLAG_BEGIN if item.begin else 0) | (FLAG_REST if segment.rest else 0)
-        self._send("SegmentTravel", index=index, duration=segment.duration_us, jerk_travel=segment.jerk_travel_um_s3)
-        self._send("SegmentHeading", index=index, jerk_heading=segment.jerk_heading_urad_s3, flags=flags)
+        self._send("SegmentTravel", index=index, duration=segment.duration_us, jerk_travel=segment.jerk_travel)
+        self._send("SegmentHeading", index=index, jerk_heading=segment.jerk_heading, flags=flags)
         if item.sent_at is None:
             self.sent += 1
         else:

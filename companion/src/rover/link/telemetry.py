@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from rover_protocol import messages
@@ -212,8 +213,9 @@ class TelemetryReader:
             raw["measured_heading"] * 1e-3,
         )
 
-    def _odometry_position(self, raw: dict[str, int], received: float) -> None:
+    def _odometry_position(self, raw: dict[str, int], received: float) -> Telemetry | None:
         self._position = (raw["x"], raw["y"])
+        return None
 
     def _odometry_heading(self, raw: dict[str, int], received: float) -> Odometry | None:
         if self._position is None:
@@ -255,7 +257,7 @@ class TelemetryReader:
         return LogLine(received, line)
 
 
-_BUILDERS = {
+_BUILDERS: dict[str, Callable[[TelemetryReader, dict[str, int], float], Telemetry | None]] = {
     "WheelTicks": TelemetryReader._wheels,
     "Sonar": TelemetryReader._sonar,
     "State": TelemetryReader._state,

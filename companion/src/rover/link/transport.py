@@ -6,6 +6,7 @@ bytes travel over the pty just the same, and the rig tells at which virtual time
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections import deque
@@ -171,7 +172,7 @@ def _lost(name: str, error: Exception) -> str:
 
 def _reason(error: Exception) -> str:
     """One line out of an OSError or pyserial's wrapping of one."""
-    if isinstance(error, OSError) and error.strerror:
-        return error.strerror.splitlines()[0]
+    if isinstance(error, OSError) and error.errno:
+        return os.strerror(error.errno)
     text = str(error).splitlines()
     return text[0] if text else type(error).__name__

@@ -1,0 +1,308 @@
+//! One plan: from a request to a path through all goals, then better for as long as the budget lasts.
+
+use std::time::Instant;
+
+use crate::budget::Budget;
+use crate::escape;
+use crate::field::Field;
+use crate::geometry::{distance, Point};
+use crate::lattice::Lattice;
+use crate::order;
+use crate::random::Random;
+use crate::rrt::{Grown, Growth};
+use crate::shorten::Shortening;
+use crate::star;
+use crate::tour::{Search, Stops};
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Algorithm {
+    Rrt,
+    RrtStar,
+    GoalSeeking,
+    MultiGoal,
+}
+
+pub struct Request {
+    pub start: Point,
+    pub goals: Vec<Point>,
+    pub algorithm: Algorithm,
+    pub radius: f64,
+    pub seed: u64,
+    /// Total of tree extensions and shortcut attempts until which planning goes on improving.
+    pub iterations: Option<u64>,
+    pub budget_ms: Option<f64>,
+    pub any_order: bool,
+    pub start_escape: f64,
+    pub corner_cost: f64,
+    pub step: Option<f64>,
+    pub bias: Option<f64>,
+}
+
+pub struct Outcome {
+    /// Goals in order of visit.
+    pub order: Vec<usize>,
+    pub path: Vec<Point>,
+    /// For each visited goal, its index in `path`.
+    pub goal_indices: Vec<usize>,
+    pub unreachable: Vec<usize>,
+    pub iterations: u64,
+    pub nodes: usize,
+    pub time_ms: f64,
+    pub first_ms: Option<f64>,
+    pub start_blocked: bool,
+}
+
+/// Iterations after which the search for a first solution is given up.
+const PATIENCE: u64 = 200_000;
+/// Tree extensions before the lattice is asked which goals are possible at all.
+const FIRST_TRY: u64 = 3_000;
+
+impl Request {
+    /// The settings of tree growth that this request and this field imply.
+    pub fn growth<F: Field>(&self, field: &F) -> Growth {
+        let (low, high) = field.bounds();
+        let bias = match self.algorithm {
+            Algorithm::Rrt => 0.0,
+            Algorithm::RrtStar => 0.05,
+            Algorithm::GoalSeeking | Algorithm::MultiGoal => 0.3,
+        };
+        Growth {
+            radius: self.radius,
+            step: self.step.unwrap_or(0.1 * distance(low, high)),
+            bias: self.bias.unwrap_or(bias),
+        }
+    }
+}
+
+pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
+    let started = Instant::now();
+    let unlimited = request.iterations.is_none() && request.budget_ms.is_none();
+    // The first solution is not starved by a small budget, which is about how long to go on improving.
+    let mut budget = Budget::new(PATIENCE);
+    let mut random = Random::new(request.seed);
+    let growth = request.growth(field);
+    let shortening = Shortening {
+        radius: request.radius,
+        corner_cost: request.corner_cost,
+    };
+    let mut outcome = Outcome {
+        order: Vec::new(),
+        path: vec![request.start],
+        goal_indices: Vec::new(),
+        unreachable: Vec::new(),
+        iterations: 0,
+        nodes: 1,
+        time_ms: 0.0,
+        first_ms: None,
+        start_blocked: false,
+    };
+    let entry = if field.point_clear(request.start, request.radius) {
+        Some(request.start)
+    } else {
+        escape::outward(field, request.start, request.radius, request.start_escape)
+    };
+    let Some(entry) = entry else {
+        outcome.start_blocked = true;
+        outcome.unreachable = (0..request.goals.len()).collect();
+        outcome.time_ms = started.elapsed().as_secs_f64() * 1e3;
+        return outcome;
+    };
+    let wanted: Vec<bool> = request
+        .goals
+        .iter()
+        .map(|&goal| field.point_clear(goal, request.radius))
+        .collect();
+    let stops = if request.algorithm == Algorithm::MultiGoal {
+        one_tree(
+            field,
+            request,
+            entry,
+            wanted,
+            growth,
+            &mut random,
+            &mut budget,
+        )
+    } else {
+        staged(
+            field,
+            request,
+            entry,
+            &wanted,
+            growth,
+            &mut random,
+            &mut budget,
+        )
+    };
+    outcome.nodes = stops.nodes;
+    outcome.unreachable = (0..request.goals.len())
+        .filter(|goal| !stops.visits.contains(goal))
+        .collect();
+    let mut search = Search {
+        field,
+        growth,
+        shortening,
+        random: &mut random,
+        budget: &mut budget,
+    };
+    let mut tour = search.tour(&stops, request.any_order);
+    if !tour.legs.is_empty() {
+        outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);
+        if !unlimited {
+            let limit = request.iterations.unwrap_or(u64::MAX);
+            search
+                .budget
+                .improve_until(limit, started, request.budget_ms);
+            search.improve(&mut tour);
+        }
+    }
+    outcome.nodes += tour.nodes;
+    if entry != request.start {
+        outcome.path.push(entry);
+    }
+    for leg in &tour.legs {
+        for &p in &leg.path {
+            if outcome.path.last() != Some(&p) {
+                outcome.path.push(p);
+            }
+        }
+        outcome.order.push(leg.goal);
+        outcome.goal_indices.push(outcome.path.len() - 1);
+    }
+    outcome.iterations = budget.used;
+    outcome.time_ms = started.elapsed().as_secs_f64() * 1e3;
+    outcome
+}
+
+/// Figure 3: one tree from the start that seeks all goals; the lattice settles what the tree has not reached.
+fn one_tree<F: Field>(
+    field: &F,
+    request: &Request,
+    start: Point,
+    mut wanted: Vec<bool>,
+    growth: Growth,
+    random: &mut Random,
+    budget: &mut Budget,
+) -> Stops {
+    let goals = &request.goals;
+    let mut grown = Grown::new(field, start, goals, growth);
+    let whole = budget.capped(FIRST_TRY);
+    grown.grow(field, goals, &wanted, growth, random, budget);
+    budget.restore(whole);
+    let mut ways: Vec<Option<Vec<Point>>> = (0..goals.len())
+        .map(|goal| grown.reached[goal].map(|node| grown.tree.path_to(node)))
+        .collect();
+    let missing = |ways: &[Option<Vec<Point>>], wanted: &[bool]| -> Vec<usize> {
+        (0..goals.len())
+            .filter(|&goal| wanted[goal] && ways[goal].is_none())
+            .collect()
+    };
+    if !missing(&ways, &wanted).is_empty() {
+        let lattice = Lattice::new(field);
+        let possible = lattice.possible(field, start, goals, growth.radius);
+        for goal in missing(&ways, &wanted) {
+            wanted[goal] = possible[goal];
+            if possible[goal] {
+                ways[goal] = lattice.path(field, start, goals[goal], growth.radius, || false);
+            }
+        }
+        let still: Vec<bool> = (0..goals.len())
+            .map(|goal| wanted[goal] && ways[goal].is_none())
+            .collect();
+        grown.grow(field, goals, &still, growth, random, budget);
+        for goal in missing(&ways, &wanted) {
+            ways[goal] = grown.reached[goal].map(|node| grown.tree.path_to(node));
+        }
+    }
+    let visits: Vec<usize> = (0..goals.len())
+        .filter(|&goal| ways[goal].is_some())
+        .collect();
+    Stops {
+        start,
+        visits,
+        ways: ways.into_iter().flatten().collect(),
+        nodes: grown.tree.points.len(),
+        grown: Some(grown),
+    }
+}
+
+/// Section 3.5: a tree to the first goal, which then is the start of a new tree to the next.
+fn staged<F: Field>(
+    field: &F,
+    request: &Request,
+    start: Point,
+    wanted: &[bool],
+    growth: Growth,
+    random: &mut Random,
+    budget: &mut Budget,
+) -> Stops {
+    let goals = &request.goals;
+    let mut sequence: Vec<usize> = (0..goals.len()).filter(|&goal| wanted[goal]).collect();
+    if request.any_order {
+        let mut stops = vec![start];
+        stops.extend(sequence.iter().map(|&goal| goals[goal]));
+        let legs: Vec<Vec<f64>> = stops
+            .iter()
+            .map(|&a| stops.iter().map(|&b| distance(a, b)).collect())
+            .collect();
+        sequence = order::order(&legs)
+            .iter()
+            .map(|&stop| sequence[stop - 1])
+            .collect();
+    }
+    let mut stops = Stops {
+        start,
+        visits: Vec::new(),
+        ways: Vec::new(),
+        nodes: 0,
+        grown: None,
+    };
+    let mut at = start;
+    for goal in sequence {
+        let (path, nodes) = single(field, request, at, goals[goal], growth, random, budget);
+        stops.nodes += nodes;
+        if let Some(path) = path {
+            at = goals[goal];
+            stops.visits.push(goal);
+            stops.ways.push(path);
+        }
+    }
+    stops
+}
+
+/// One tree, one goal. Gives up early when a flood proves that there is no way.
+fn single<F: Field>(
+    field: &F,
+    request: &Request,
+    start: Point,
+    goal: Point,
+    growth: Growth,
+    random: &mut Random,
+    budget: &mut Budget,
+) -> (Option<Vec<Point>>, usize) {
+    let mut nodes = 0;
+    let goals = [goal];
+    for attempt in 0..2 {
+        let whole = if attempt == 0 {
+            budget.capped(FIRST_TRY)
+        } else {
+            if !Lattice::new(field).possible(field, start, &goals, growth.radius)[0] {
+                break;
+            }
+            budget.capped(u64::MAX)
+        };
+        let (path, made) = if request.algorithm == Algorithm::RrtStar {
+            star::plan(field, start, goal, growth, 0, random, budget)
+        } else {
+            let mut grown = Grown::new(field, start, &goals, growth);
+            grown.grow(field, &goals, &[true], growth, random, budget);
+            let path = grown.reached[0].map(|node| grown.tree.path_to(node));
+            (path, grown.tree.points.len())
+        };
+        budget.restore(whole);
+        nodes += made;
+        if path.is_some() {
+            return (path, nodes);
+        }
+    }
+    (None, nodes)
+}

@@ -1,0 +1,189 @@
+"""From a finished survey and what the referee saw to one RunResult; nothing is computed later than here."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.errors import BadInput
+from rover.link.statistics import LinkFigures
+from rover.mission.freespace import disc_mask
+from rover.mission.goals import INSPECTED
+from rover.mission.survey import Survey
+from rover.mission.track import Track
+from rover.record.ate import absolute_trajectory_error
+from rover.record.tum import read_tum
+from rover.report.result import (
+    DetectionResult,
+    GoalResult,
+    Identities,
+    Localization,
+    MapLayers,
+    ObstacleResult,
+    RunResult,
+    Safety,
+    TimelineEntry,
+    Unsurveyed,
+)
+
+# Half the side of a detection's picture in the report, metres.
+THUMBNAIL_HALF = 0.3
+# Occupied spots smaller than this, in cells, are not worth a row in the report.
+OBSTACLE_CELLS = 12
+
+
+def assemble(
+    survey: Survey,
+    track: Track,
+    figures: LinkFigures,
+    identities: Identities,
+    referee: dict[str, float | None] | None,
+    out: Path,
+) -> RunResult:
+    """The result of a run. `referee`: what a simulated rig counted, None where nobody did."""
+    assert survey.outcome is not None
+    perception = survey.perception
+    grid = perception.grid
+    area = survey.mission.area
+    start = track.fused[0, 0] if len(track.fused) else 0.0
+    shown = ~survey.unshown()
+    return RunResult(
+        mission=survey.mission.name,
+        status=survey.outcome.status,
+        reason=survey.outcome.reason,
+        duration=track.duration,
+        distance=track.distance,
+        area_width=area.width,
+        area_height=area.height,
+        launch=survey.mission.launch.pose,
+        path=track.fused[::5, :3],
+        layers=MapLayers((0.0, 0.0), grid.resolution, grid.temperature, shown, grid.occupied),
+        identities=identities,
+        detections=_detections(survey, start),
+        goals=tuple(
+            GoalResult(
+                id=number,
+                x=goal.x,
+                y=goal.y,
+                reached=goal.state == INSPECTED,
+                kind="operator" if goal.place_id is None else "inspection",
+                reason=goal.reason,
+                time=None if goal.inspected_at is None else goal.inspected_at - start,
+            )
+            for number, goal in enumerate(survey.goals, start=1)
+        ),
+        obstacles=_obstacles(survey),
+        unsurveyed=_unsurveyed(survey),
+        surveyed_area=float(shown.sum()) * grid.resolution**2,
+        safety=_safety(referee),
+        localization=_localization(survey, track, out),
+        link=figures.as_dict(),
+        timeline=tuple(TimelineEntry(at - start, text) for at, text in survey.timeline),
+        final_pose=track.final_pose,
+        robot_radius=survey.vehicle.radius,
+    )
+
+
+def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
+    goals = {goal.place_id: goal for goal in survey.goals if goal.place_id is not None}
+    results = []
+    for place in survey.perception.indications:
+        goal = goals.get(place.id)
+        inspected = goal is not None and goal.state == INSPECTED
+        results.append(
+            DetectionResult(
+                id=place.id,
+                kind=place.kind,
+                p=place.p[place.kind],
+                x=place.x,
+                y=place.y,
+                sigma=place.sigma_m,
+                views=place.views,
+                zone_radius=survey.mission.detector.keepout_radius,
+                first_seen=place.first_seen - start,
+                inspected=inspected,
+                why_not="" if inspected or goal is None else (goal.reason or "the mission ended before"),
+                probabilities=dict(place.p),
+                thumbnail=_cut(survey, place.x, place.y),
+            )
+        )
+    return tuple(results)
+
+
+def _cut(survey: Survey, x: float, y: float) -> NDArray[np.float32] | None:
+    """Kelvin around a place, row 0 at the top; None where nothing was seen."""
+    grid = survey.perception.grid
+    row, column = int(y / grid.resolution), int(x / grid.resolution)
+    half = round(THUMBNAIL_HALF / grid.resolution)
+    top, left = max(row - half, 0), max(column - half, 0)
+    cut = grid.temperature[top : row + half + 1, left : column + half + 1]
+    return cut[::-1].copy() if cut.size and np.isfinite(cut).any() else None
+
+
+def _obstacles(survey: Survey) -> tuple[ObstacleResult, ...]:
+    grid = survey.perception.grid
+    found = [ObstacleResult(x, y, r, "given") for x, y, r in survey.mission.area.obstacles]
+    count, _, stats, centres = cv2.connectedComponentsWithStats(grid.occupied.astype(np.uint8), connectivity=8)
+    for label in range(1, count):
+        cells = int(stats[label, cv2.CC_STAT_AREA])
+        if cells >= OBSTACLE_CELLS:
+            x, y = ((centres[label] + 0.5) * grid.resolution).tolist()
+            radius = math.sqrt(cells * grid.resolution**2 / math.pi)
+            found.append(ObstacleResult(x, y, radius, "thermal"))
+    return tuple(found)
+
+
+def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
+    """Unseen ground by reason; what lies in a keep-out zone is told apart from what cannot be reached."""
+    grid = survey.perception.grid
+    assert survey.outcome is not None
+    unseen, hidden = survey.unseen(), survey.hidden()
+    zones = np.zeros_like(unseen)
+    for zone in survey.perception.keepout.active:
+        zones |= disc_mask(grid.shape, grid.resolution, zone.x, zone.y, zone.radius)
+    rest = (
+        "out of view from all ground that the rover could reach"
+        if survey.outcome.status == "done"
+        else f"the mission ended before ({survey.outcome.reason})"
+    )
+    parts = [
+        (unseen & zones, "inside a keep-out zone"),
+        (hidden, "hidden behind an obstacle from every viewpoint tried"),
+        (unseen & ~zones, rest),
+    ]
+    cell = grid.resolution**2
+    return tuple(Unsurveyed(float(mask.sum()) * cell, reason) for mask, reason in parts if mask.any())
+
+
+def _safety(referee: dict[str, float | None] | None) -> Safety:
+    if referee is None:
+        return Safety()
+    return Safety(
+        collisions=int(referee["collisions"] or 0),
+        keepout_violations=int(referee["keepout_violations"] or 0),
+        unseen_ground=float(referee["unseen_ground_m2"] or 0.0),
+        min_clearance=referee["min_clearance_m"],
+        wheel_over_mine=int(referee["wheel_over_mine"] or 0),
+    )
+
+
+def _localization(survey: Survey, track: Track, out: Path) -> Localization:
+    fused = wheels = None
+    try:
+        truth = read_tum(out / "truth.tum")
+        fused = absolute_trajectory_error(track.fused, truth)
+        wheels = absolute_trajectory_error(track.wheels, truth)
+    except BadInput:
+        pass  # a real field, or a rig that is gone: nobody knows the truth
+    return Localization(
+        ate_rmse=fused,
+        odometry_only_ate_rmse=wheels,
+        fixes=survey.perception.fixes,
+        rejected=survey.perception.rejected,
+        final_sigma=track.final_sigma,
+        max_sigma=track.max_sigma,
+    )

@@ -1,0 +1,91 @@
+"""Driving one stretch: the follower's segments, and whether the way ahead is still free.
+
+Keeps the committed motion in step with what the firmware runs: a stop by the firmware truncates it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.geometry import Pose2
+from rover.mission.freespace import FreeSpace
+from rover.motion.committed import CommittedMotion
+from rover.motion.follow import PathFollower
+from rover.motion.segment import Segment
+from rover.vehicle import Limits, Vehicle
+
+# A run starts this long after it is decided on: a loop of 20 ms, the wire, and room for one repetition.
+START_LEAD = 0.16
+
+
+class Drive:
+    """One rover's motion. All times are the companion's, seconds."""
+
+    def __init__(self, vehicle: Vehicle, cruise_speed: float) -> None:
+        travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
+        self.committed = CommittedMotion()
+        self._follower = PathFollower(vehicle, travel)
+        self._path: NDArray[np.float64] = np.empty((0, 2))
+        self.blocked = False
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """The polyline (N, 2) that is being driven, in map."""
+        return self._path
+
+    @property
+    def restarts(self) -> int:
+        """How often the follower had to stop and aim anew."""
+        return self._follower.restarts
+
+    def start(self, path: NDArray[np.float64], final_heading: float | None) -> None:
+        """Takes a new path; the rover must be at rest."""
+        self._path = path
+        self.blocked = False
+        self._follower.follow([(float(x), float(y)) for x, y in path], final_heading)
+
+    def turn(self, pose: Pose2, heading: float) -> None:
+        """Turns where it stands."""
+        self.start(np.array([[pose.x, pose.y]]), heading)
+
+    def stop(self) -> None:
+        """Brakes within the limits from the end of what is committed."""
+        self._follower.request_stop()
+
+    def halted(self, now: float) -> None:
+        """The firmware has stopped by itself and thrown its queue away."""
+        self.committed.truncate(now)
+        self._follower.request_stop()
+        self._follower.next_segments(now, Pose2(0.0, 0.0, 0.0), self.committed)
+
+    def check(self, space: FreeSpace, pose: Pose2) -> None:
+        """Brakes when the rest of the path is no longer free."""
+        if not self.blocked and len(self._path) > 1 and not space.is_clear(remaining(self._path, pose)):
+            self.blocked = True
+            self.stop()
+
+    def step(self, now: float, pose: Pose2) -> tuple[list[Segment], float | None]:
+        """Segments to send now, and when a run that begins with them starts."""
+        segments = self._follower.next_segments(now, pose, self.committed)
+        if not segments:
+            return [], None
+        start = max(now + START_LEAD, self.committed.end_time) if segments[0].begin else None
+        self.committed.append(segments, start)
+        return segments, start
+
+    def at_rest(self, now: float) -> bool:
+        """True when the path is done and everything committed has run."""
+        return self._follower.done and now >= self.committed.end_time
+
+
+def remaining(path: NDArray[np.float64], pose: Pose2) -> NDArray[np.float64]:
+    """The part of a polyline (N, 2) that still lies ahead, from the point nearest to the rover on."""
+    start, end = path[:-1], path[1:]
+    along = end - start
+    squared = np.maximum((along**2).sum(axis=1), 1e-12)
+    here = np.array([pose.x, pose.y])
+    t = np.clip(((here - start) * along).sum(axis=1) / squared, 0.0, 1.0)
+    nearest = start + t[:, None] * along
+    leg = int(np.argmin(((nearest - here) ** 2).sum(axis=1)))
+    return np.vstack([nearest[leg], path[leg + 1 :]])

@@ -1,0 +1,91 @@
+"""Where the rover may be: the one place where obstacles, keep-out zones and unseen ground become forbidden ground.
+
+Invariants: a path lies only where a disc of the rover's radius plus MARGIN touches nothing blocked, where blocked means
+an obstacle (thermal, sonar or known beforehand), a keep-out zone, or ground that no frame has shown. The ground under
+the rover at the launch counts as shown: the operator surveyed it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.mission.config import Area, Launch
+from rover.mission.keepout import Zone
+from rover.planning.fields import GridField
+
+Mask = NDArray[np.bool_]
+
+# What the map may be wrong by: localization (5 cm allowed, 2 cm usual) and half a cell.
+MARGIN = 0.04
+
+# A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
+# must not stop the rover.
+CHECK_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """The map for one decision. Rasters are (rows, columns) with row 0 at y = 0.
+
+    blocked: cells that nothing of the rover may touch; free: cells where its centre may be; occluders: cells that
+    hide what lies behind them from the camera.
+    """
+
+    blocked: Mask
+    free: Mask
+    occluders: Mask
+    resolution: float
+    radius: float
+
+    def field(self) -> GridField:
+        """The same for the planner, which inflates by `radius` itself."""
+        return GridField(self.blocked, self.resolution)
+
+    def is_clear(self, path: NDArray[np.float64]) -> bool:
+        """True when the rover can still sweep along the polyline (N, 2), metres."""
+        field = self.field()
+        radius = self.radius - CHECK_TOLERANCE
+        points = [(float(x), float(y)) for x, y in path]
+        return all(field.segment_clear(a, b, radius) for a, b in zip(points, points[1:], strict=False))
+
+
+def free_space(
+    occupied: Mask, seen: Mask, resolution: float, zones: Iterable[Zone], area: Area, launch: Launch, radius: float
+) -> FreeSpace:
+    """Puts together what forbids ground. `radius`: of the rover's footprint in metres."""
+    shown = seen | disc_mask(seen.shape, resolution, launch.pose.x, launch.pose.y, launch.surveyed_radius)
+    solid = occupied.copy()
+    for x, y, r in area.obstacles:
+        solid |= disc_mask(seen.shape, resolution, x, y, r)
+    blocked = solid | ~shown
+    for zone in zones:
+        blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, zone.radius)
+    return FreeSpace(
+        blocked=blocked,
+        free=_erode(blocked, resolution, radius + MARGIN),
+        occluders=solid,
+        resolution=resolution,
+        radius=radius + MARGIN,
+    )
+
+
+def disc_mask(shape: tuple[int, int], resolution: float, x: float, y: float, radius: float) -> Mask:
+    """Cells whose centre lies within `radius` of a point, metres."""
+    rows, columns = shape
+    dy = (np.arange(rows) + 0.5) * resolution - y
+    dx = (np.arange(columns) + 0.5) * resolution - x
+    return dx[None, :] ** 2 + dy[:, None] ** 2 <= radius**2
+
+
+def _erode(blocked: Mask, resolution: float, radius: float) -> Mask:
+    """Cells further than `radius` from anything blocked and from the border."""
+    open_ground = np.zeros((blocked.shape[0] + 2, blocked.shape[1] + 2), np.uint8)
+    open_ground[1:-1, 1:-1] = ~blocked
+    distance = cv2.distanceTransform(open_ground, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    # The nearest edge of a blocked cell lies half a cell before its centre.
+    return (distance - 0.5) * resolution >= radius

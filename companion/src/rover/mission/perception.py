@@ -1,0 +1,121 @@
+"""What the rover knows: its pose, the map, the places, the zones. Every sensor enters here and nowhere else."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.capture.frame import Frame
+from rover.detection.classifier import Classifier
+from rover.detection.detect import DetectSettings, detect
+from rover.detection.fusion import Evidence, EvidenceSettings, Place
+from rover.detection.ground_image import GroundRectifier
+from rover.geometry import Pose2
+from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
+from rover.mapping.survey_grid import SurveyGrid
+from rover.mission.config import Mission
+from rover.mission.goals import Goal
+from rover.mission.keepout import KeepOut
+from rover.vehicle import Vehicle
+from rover.vision.camera import CameraModel
+from rover.vision.localizer import Fix, Localizer
+
+# The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
+LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
+# A frame is mapped only when the pose is this certain: what is mapped wrong stays wrong.
+MAPPING_SIGMA = 0.06
+# An inspection counts when the place was in view in this many frames of it.
+INSPECTION_VIEWS = 4
+
+
+class Perception:
+    """Estimators and maps of one mission; deterministic in what it is given."""
+
+    def __init__(self, mission: Mission, vehicle: Vehicle, camera: CameraModel, classifier: Classifier) -> None:
+        area = mission.area
+        self.vehicle = vehicle
+        self.camera = camera
+        self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA)
+        self.grid = SurveyGrid(area.width, area.height)
+        self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))
+        self.keepout = KeepOut(mission.detector.keepout_radius)
+        self.battery: Battery | None = None
+        self.last_fix: Fix | None = None
+        self.frames = 0
+        self._classifier = classifier
+        self._rectifier = GroundRectifier(camera)
+        self._area = (area.width, area.height)
+        self._counts: tuple[int, int] | None = None
+        self._views_before = 0
+        self._footprint = self.grid.view_polygon(camera)
+
+    @property
+    def pose(self) -> Pose2:
+        """Where the rover believes to be, in map."""
+        return self.localizer.pose
+
+    @property
+    def sigma(self) -> float:
+        """1σ of the position in metres, along its worse axis."""
+        return math.sqrt(float(np.linalg.eigvalsh(self.localizer.covariance[:2, :2])[-1]))
+
+    @property
+    def suspected(self) -> list[Place]:
+        """Places inside the area that may be mines, whether reported yet or not."""
+        width, height = self._area
+        return [p for p in self.evidence.places if p.suspected and 0.0 <= p.x <= width and 0.0 <= p.y <= height]
+
+    @property
+    def footprint(self) -> NDArray[np.float64]:
+        """Ground that one frame shows, polygon (N, 2) in base_link."""
+        return self._footprint
+
+    def take(self, event: Telemetry) -> None:
+        """One piece of telemetry."""
+        if isinstance(event, WheelMotion):
+            if self._counts is not None:
+                scale = self.vehicle.metres_per_count
+                left, right = event.left_counts - self._counts[0], event.right_counts - self._counts[1]
+                self.localizer.predict(event.time, left * scale, right * scale)
+            self._counts = (event.left_counts, event.right_counts)
+        elif isinstance(event, SonarRange) and event.status != "Dead":
+            pose = self.localizer.pose_at(event.time)
+            self.grid.integrate_sonar(pose, self.vehicle.sonars[event.sensor], event.range_m)
+        elif isinstance(event, Battery):
+            self.battery = event
+
+    def see(self, frame: Frame, now: float) -> bool:
+        """One frame: where was it taken, what does it show? True when the map has changed."""
+        self.frames += 1
+        self.last_fix = self.localizer.observe(frame)
+        if frame.ffc or self.sigma > MAPPING_SIGMA:
+            return False
+        pose = self.localizer.pose_at(frame.time)
+        image = self._rectifier.rectify(frame)
+        detections = detect(image, self._classifier, DetectSettings())
+        self.grid.integrate_frame(frame, self.camera, pose, self.sigma, detections)
+        self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
+        self.keepout.update(self.suspected, now)
+        return True
+
+    def in_view(self, pose: Pose2) -> NDArray[np.bool_]:
+        """Cells that a frame from this pose would show on open ground, (rows, columns)."""
+        mask = np.zeros(self.grid.shape, np.uint8)
+        corners = pose.transform(self._footprint) / self.grid.resolution
+        cv2.fillConvexPoly(mask, np.round(corners).astype(np.int32), 1)
+        return mask.astype(bool)
+
+    def count_views(self, goal: Goal) -> None:
+        """Notes how often a goal has been seen so far, before it is inspected."""
+        self._views_before = self.frames
+
+    def was_viewed(self, goal: Goal) -> bool:
+        """True when the goal lies on seen ground in view of the pose and enough frames came since `count_views`."""
+        row = min(int(goal.y / self.grid.resolution), self.grid.shape[0] - 1)
+        column = min(int(goal.x / self.grid.resolution), self.grid.shape[1] - 1)
+        shown = bool(self.grid.seen[row, column] or self.grid.occupied[row, column])
+        in_view = bool(self.in_view(self.pose)[row, column])
+        return shown and in_view and self.frames - self._views_before >= INSPECTION_VIEWS

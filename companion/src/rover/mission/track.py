@@ -1,0 +1,64 @@
+"""The estimated trajectory of a run: the fused pose, and beside it what the wheels alone say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.geometry import Pose2
+
+
+class Track:
+    """Poses at the end of every cycle. Times in seconds of the companion's clock."""
+
+    def __init__(self) -> None:
+        self._fused: list[tuple[float, float, float, float]] = []
+        self._wheels: list[tuple[float, float, float, float]] = []
+        self._sigmas: list[float] = []
+
+    def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float) -> None:
+        """One cycle."""
+        self._fused.append((now, fused.x, fused.y, fused.heading))
+        self._wheels.append((now, wheels.x, wheels.y, wheels.heading))
+        self._sigmas.append(sigma)
+
+    @property
+    def fused(self) -> NDArray[np.float64]:
+        """(N, 4): time, x, y, heading."""
+        return np.array(self._fused, dtype=np.float64).reshape(-1, 4)
+
+    @property
+    def wheels(self) -> NDArray[np.float64]:
+        """(N, 4), from wheel odometry alone."""
+        return np.array(self._wheels, dtype=np.float64).reshape(-1, 4)
+
+    @property
+    def final_sigma(self) -> float | None:
+        """1σ of the last position, metres."""
+        return self._sigmas[-1] if self._sigmas else None
+
+    @property
+    def max_sigma(self) -> float | None:
+        """The largest 1σ of the run, metres."""
+        return max(self._sigmas) if self._sigmas else None
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first pose to the last."""
+        return self._fused[-1][0] - self._fused[0][0] if self._fused else 0.0
+
+    @property
+    def distance(self) -> float:
+        """Metres driven, from poses a tenth of a second apart: noise between closer ones is no way driven."""
+        path = self.fused[::5, 1:3]
+        return float(np.hypot(*np.diff(path, axis=0).T).sum()) if len(path) > 1 else 0.0
+
+    @property
+    def final_pose(self) -> Pose2 | None:
+        """Where the rover was at the end."""
+        if not self._fused:
+            return None
+        _, x, y, heading = self._fused[-1]
+        return Pose2(x, y, math.remainder(heading, 2.0 * math.pi))

@@ -1,0 +1,295 @@
+"""Follows a path in closed loop: turns on the spot, drives straight stretches, and steers back to the path.
+
+Only a few tenths of a second are committed ahead. Each new piece of motion starts from the state at the end of what is
+committed and from the pose that the rover will have there: the estimate, moved by the motion still to come.
+Pure of clock and randomness: the same calls give the same segments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from rover.errors import BadInput
+from rover.geometry import Pose2, wrap_angle
+from rover.motion.committed import CommittedMotion, dead_reckon
+from rover.motion.merge import merge, run
+from rover.motion.polyline import Polyline, stretches
+from rover.motion.profile import Axis, MotionError, Profile, to_position
+from rover.motion.segment import Segment, State, duration_us, split
+from rover.motion.slip import SlipEstimate
+from rover.motion.stop import stop_profile, stop_segments
+from rover.vehicle import Limits, Vehicle
+
+SpeedLimit = float | Callable[[float, float], float]
+
+
+@dataclass(frozen=True)
+class FollowerSettings:
+    """Metres, seconds, radians."""
+
+    horizon: float = 0.5  # motion is added when less than this is committed
+    chunk: float = 0.2  # of driving, per call
+    lookahead: float = 0.30  # where on the path the rover aims
+    soft_corner: float = math.radians(8.0)  # driven through; sharper ones are turned on the spot
+    arrival: float = 0.015  # nearer than this to a corner or the end counts as there
+    heading_tolerance: float = math.radians(2.0)
+    settle: float = 0.25  # after coming to rest, until the estimate is trusted
+    turn_tries: int = 4
+    most_off_path: float = 0.08  # beyond this the rover stops and aims anew
+    lowest_speed: float = 0.05
+    steering: Limits = Limits(0.5, 2.0, 8.0)  # of heading while driving
+
+
+class PathFollower:
+    """Turns poses into segments until the path is driven.
+
+    `limits`: travel limits, the vehicle's own when None. `speed_limit`: metres per second, or a function of the
+    position (x, y) in the map, for a speed that depends on the clearance.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        limits: Limits | None = None,
+        *,
+        settings: FollowerSettings | None = None,
+        speed_limit: SpeedLimit | None = None,
+    ) -> None:
+        self.vehicle = vehicle
+        self.limits = limits or vehicle.travel
+        self.settings = settings or FollowerSettings()
+        self.speed_limit = speed_limit
+        self.slip = SlipEstimate()
+        self.cross_track = 0.0  # metres to the left of the path, at the last look
+        self.restarts = 0  # how often the rover had to stop and aim anew
+        self._stretches: list[Polyline] = []
+        self._final_heading: float | None = None
+        self._pending: list[Segment] = []
+        self._stage = "done"  # aim, drive, face, done, stopped
+        self._progress = 0.0
+        self._target: float | None = None  # where the stretch ends, in commanded travel
+        self._braking = False
+        self._tries = 0
+        self._stop_wanted = False
+        self._turn: tuple[float, float] | None = None
+
+    @property
+    def done(self) -> bool:
+        """True when the path has been driven to its end, or the stop has been committed."""
+        return self._stage in ("done", "stopped") and not self._pending
+
+    @property
+    def stopped(self) -> bool:
+        """True when `request_stop` ended the path."""
+        return self._stage == "stopped"
+
+    def follow(self, path: Sequence[Sequence[float]], final_heading: float | None = None) -> None:
+        """Takes a new path in the map, (N, 2), first point near the rover. Call it while at rest.
+
+        Raises BadInput when a coordinate is not finite.
+        """
+        points = [(float(x), float(y)) for x, y in path]
+        if not all(math.isfinite(v) for point in points for v in point):
+            raise BadInput("the path holds a coordinate that is not finite")
+        self._stretches = stretches(points, self.settings.soft_corner, self.settings.arrival) if points else []
+        self._final_heading = final_heading
+        self._pending = []
+        self._stop_wanted = False
+        self._turn = None
+        self._enter("aim" if self._stretches else "face")
+
+    def request_stop(self) -> None:
+        """The next call returns a jerk-limited stop from the end of what is committed."""
+        self._stop_wanted = True
+
+    def next_segments(self, now: float, pose: Pose2, committed: CommittedMotion) -> list[Segment]:
+        """Segments to append to `committed`, often none. `pose`: the estimate at `now`, in the map.
+
+        The first of a run has `begin` set; the caller chooses when it starts (not before now).
+        """
+        committed.forget_before(now)
+        if self._stop_wanted:
+            return self._stop(committed)
+        if not self._pending:
+            try:
+                self._plan(now, pose, committed)
+            except MotionError:
+                self._restart(committed)
+        return self._emit(now, committed)
+
+    def _emit(self, now: float, committed: CommittedMotion) -> list[Segment]:
+        ahead = max(committed.end_time - now, 0.0)
+        out: list[Segment] = []
+        while self._pending and ahead < self.settings.horizon:
+            segment = self._pending.pop(0)
+            ahead += segment.duration_us * 1e-6
+            out.append(segment)
+        return out
+
+    def _stop(self, committed: CommittedMotion) -> list[Segment]:
+        self._stop_wanted = False
+        self._pending = []
+        self._stage = "stopped"
+        if committed.end_state.at_rest:
+            return []
+        return stop_segments(committed.end_state, self.limits, self.vehicle.heading)
+
+    def _restart(self, committed: CommittedMotion) -> None:
+        """A controlled stop; the stretch is then aimed at anew."""
+        self.restarts += 1
+        self._pending = self._stop(committed)
+        self._enter("aim" if self._stretches else "face")
+
+    def _enter(self, stage: str) -> None:
+        self._stage = stage
+        self._tries = 0
+        self._target = None
+        self._braking = False
+        if stage == "aim":
+            self._progress = 0.0
+        self.slip.restart()
+
+    def _plan(self, now: float, pose: Pose2, committed: CommittedMotion) -> None:
+        if self._stage in ("done", "stopped"):
+            return
+        if self._stage == "drive":
+            if committed.end_time - now < self.settings.horizon:
+                self._drive(now, pose, committed)
+            return
+        if now < committed.end_time + self.settings.settle:
+            return
+        self._learn_turn(pose)
+        if self._stage == "aim":
+            self._aim(pose)
+        if self._stage == "face":
+            self._face(pose)
+        if self._stage == "drive":
+            self._drive(now, pose, committed)
+
+    def _learn_turn(self, pose: Pose2) -> None:
+        if self._turn is not None:
+            commanded, before = self._turn
+            observed = wrap_angle(pose.heading - before - commanded) + commanded
+            self.slip.turned(commanded, observed)
+            self._turn = None
+
+    def _aim(self, pose: Pose2) -> None:
+        """Turns towards the path ahead; small errors are left to the steering."""
+        while self._stretches:
+            path = self._stretches[0]
+            s, self.cross_track = path.project(pose.x, pose.y, 0.0, path.length)
+            x, y = path.at(path.length)
+            if path.length - s < self.settings.arrival or math.hypot(x - pose.x, y - pose.y) < self.settings.arrival:
+                self._stretches.pop(0)
+                continue
+            self._progress = s
+            x, y = path.at(min(s + self.settings.lookahead, path.length))
+            if not self._turn_towards(math.atan2(y - pose.y, x - pose.x), pose):
+                self._enter_drive()
+            return
+        self._enter("face")
+
+    def _enter_drive(self) -> None:
+        progress = self._progress
+        self._enter("drive")
+        self._progress = progress
+
+    def _face(self, pose: Pose2) -> None:
+        if self._final_heading is None or not self._turn_towards(self._final_heading, pose):
+            self._enter("done")
+
+    def _turn_towards(self, heading: float, pose: Pose2) -> bool:
+        """Plans a turn on the spot; False when the heading is good enough."""
+        error = wrap_angle(heading - pose.heading)
+        if abs(error) <= self.settings.heading_tolerance or self._tries >= self.settings.turn_tries:
+            return False
+        self._tries += 1
+        angle = error / self.slip.turn
+        self._turn = (angle, pose.heading)
+        profile = to_position(Axis(), angle, self.vehicle.heading)
+        self._pending = split(run(merge(None, profile)), round(self.settings.chunk * 1e6))
+        return True
+
+    def _drive(self, now: float, pose: Pose2, committed: CommittedMotion) -> None:
+        """Plans the next chunk of driving, or the last one with the rest at its end."""
+        settings = self.settings
+        path = self._stretches[0]
+        end = committed.end_state
+        self.slip.driving(now, pose, committed)
+        ahead = dead_reckon(
+            pose,
+            committed.increments(now, committed.end_time),
+            scale=self.slip.scale,
+            drift=self.slip.drift,
+        )
+        s, self.cross_track = path.project(ahead.x, ahead.y, self._progress - 0.1, self._progress + 0.5)
+        self._progress = max(self._progress, min(s, path.length))
+        x, y = path.at(s + settings.lookahead)
+        error = wrap_angle(math.atan2(y - ahead.y, x - ahead.x) - ahead.heading)
+        if abs(self.cross_track) > settings.most_off_path or abs(error) > 0.6:
+            self._restart(committed)
+            return
+        travel = self._travel(path, s, end)
+        turn = error - self.slip.drift * end.speed * settings.chunk
+        heading = to_position(Axis(0.0, end.turn_rate, end.turn_acceleration), turn, settings.steering)
+        if travel.duration > 1.75 * settings.chunk:
+            segments = merge(travel, heading, until=settings.chunk)
+        else:
+            segments = merge(travel, heading)
+            segments = [*segments[:-1], replace(segments[-1], rest=True)] if segments else []
+            self._stretches.pop(0)
+            self._enter("aim" if self._stretches else "face")
+        if segments and end.at_rest:
+            segments = [replace(segments[0], begin=True), *segments[1:]]
+        self._pending = segments
+
+    def _travel(self, path: Polyline, s: float, end: State) -> Profile:
+        """To the end of the stretch; once braking is near, to the same place every time."""
+        braking = _stop_distance(end.speed, end.acceleration, self.limits)
+        seen = end.travel + (path.length - s) / self.slip.scale
+        if not self._braking:
+            # Every look is a fresh measurement of the same place: the mean is better than the last.
+            target = seen if self._target is None else self._target + 0.3 * (seen - self._target)
+            self._target = max(target, end.travel + braking)
+            self._braking = self._target - end.travel < braking + 1.5 * self.settings.chunk * end.speed + 0.01
+        distance = self._target - end.travel
+        limits = replace(self.limits, speed=self._speed(path, s, braking))
+        profile = to_position(Axis(0.0, end.speed, end.acceleration), distance, limits)
+        if profile.highest > distance + 0.002:  # it would overshoot and come back
+            return stop_profile(end.speed, end.acceleration, self.limits)
+        return profile
+
+    def _speed(self, path: Polyline, s: float, braking: float) -> float:
+        limit = self.speed_limit
+        if limit is None:
+            return self.limits.speed
+        if not callable(limit):
+            return max(min(limit, self.limits.speed), self.settings.lowest_speed)
+        lowest = self.limits.speed
+        ahead = braking + 0.1
+        for number in range(1 + math.ceil(ahead / 0.05)):
+            x, y = path.at(min(s + 0.05 * number, path.length))
+            lowest = min(lowest, limit(x, y))
+        return max(lowest, self.settings.lowest_speed)
+
+    @property
+    def committed_at_most(self) -> float:
+        """Seconds that can be committed ahead at any time."""
+        return self.settings.horizon + 2.0 * self.settings.chunk
+
+
+def _stop_distance(speed: float, acceleration: float, limits: Limits) -> float:
+    """Metres that the fastest stop takes."""
+    position, v, a = 0.0, speed, acceleration
+    for t, jerk in stop_profile(speed, acceleration, limits).pieces:
+        position += t * (v + t * (a / 2.0 + t * jerk / 6.0))
+        v += t * (a + t * jerk / 2.0)
+        a += t * jerk
+    return position
+
+
+def run_duration(segments: Sequence[Segment]) -> float:
+    """Seconds."""
+    return duration_us(segments) * 1e-6

@@ -1,0 +1,180 @@
+"""Maps to plan on: circles in a rectangle, grids of blocked cells, and the files that hold them."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import rover_native
+from numpy.typing import ArrayLike, NDArray
+
+from rover.errors import BadInput
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+class Field:
+    """What the planner asks of a map; metres. Bounds count as walls for the robot's radius."""
+
+    native: rover_native.NativeField
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max)."""
+        return self.native.bounds
+
+    def clearance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Distance (N,) of each of the (N, 2) points to the nearest obstacle or wall; not positive inside one."""
+        return self.native.clearance(np.asarray(points, dtype=np.float64).reshape(-1, 2))
+
+    def segment_clear(self, a: tuple[float, float], b: tuple[float, float], radius: float) -> bool:
+        """True when a disc of `radius` swept from a to b stays inside the bounds and touches nothing."""
+        return self.native.segment_clear((float(a[0]), float(a[1])), (float(b[0]), float(b[1])), float(radius))
+
+
+class CircleField(Field):
+    """A rectangle [0, width] × [0, height] with circular obstacles (x, y, radius): checks are exact."""
+
+    def __init__(self, width: float, height: float, obstacles: Sequence[Sequence[float]] = ()) -> None:
+        for name, value in (("width", width), ("height", height)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise BadInput(f"the field's {name} must be a positive number of metres, not {value}")
+        for index, circle in enumerate(obstacles):
+            if len(circle) != 3 or not all(math.isfinite(v) for v in circle) or circle[2] < 0.0:
+                raise BadInput(f"obstacle {index + 1} must be [x, y, radius] with radius >= 0, not {list(circle)}")
+        self.width, self.height = float(width), float(height)
+        self.obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
+        self.native = rover_native.NativeField.circles(self.width, self.height, self.obstacles)
+
+    @classmethod
+    def load(cls, path: str | Path) -> CircleField:
+        """From TOML with `width`, `height` and `obstacles = [[x, y, radius], …]`. Raises BadInput."""
+        path = Path(path)
+        try:
+            data: dict[str, Any] = tomllib.loads(_text(path))
+        except tomllib.TOMLDecodeError as error:
+            raise BadInput(f"{path}: not valid TOML: {error}") from error
+        for key in ("width", "height"):
+            if not _is_number(data.get(key)):
+                raise BadInput(f"{path}: needs a number `{key}` in metres")
+        obstacles = data.get("obstacles", [])
+        if not isinstance(obstacles, list) or not all(
+            isinstance(circle, list) and all(_is_number(v) for v in circle) for circle in obstacles
+        ):
+            raise BadInput(f"{path}: `obstacles` must be a list of [x, y, radius]")
+        try:
+            return cls(data["width"], data["height"], obstacles)
+        except BadInput as error:
+            raise BadInput(f"{path}: {error}") from error
+
+
+class GridField(Field):
+    """Blocked cells. Row 0 lies at `origin`'s y, row index grows with y; a cell is a full square of ground."""
+
+    def __init__(
+        self, blocked: ArrayLike, resolution: float, origin: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        cells = np.asarray(blocked)
+        if cells.ndim != 2 or cells.size == 0:
+            raise BadInput(f"a grid map needs rows and columns, not shape {cells.shape}")
+        if not (math.isfinite(resolution) and resolution > 0.0):
+            raise BadInput(f"the resolution must be a positive number of metres per cell, not {resolution}")
+        if not all(math.isfinite(value) for value in origin):
+            raise BadInput(f"the map's origin must be finite, not {origin}")
+        self.blocked = np.ascontiguousarray(cells != 0)
+        self.resolution = float(resolution)
+        self.origin = (float(origin[0]), float(origin[1]))
+        self.native = rover_native.NativeField.grid(self.blocked.view(np.uint8), self.resolution, *self.origin)
+
+    @classmethod
+    def load_movingai(cls, path: str | Path, resolution: float = 1.0) -> GridField:
+        """From a MovingAI .map: x is the column, y the row from the top; `.`, `G` and `S` are free. Raises BadInput."""
+        path = Path(path)
+        lines = _text(path).splitlines()
+        header: dict[str, str] = {}
+        first = 0
+        for first, line in enumerate(lines, start=1):  # noqa: B007
+            words = line.split()
+            if words == ["map"]:
+                break
+            if len(words) == 2:
+                header[words[0]] = words[1]
+        else:
+            raise BadInput(f"{path}: not a MovingAI map: no line `map`")
+        try:
+            width, height = int(header["width"]), int(header["height"])
+        except (KeyError, ValueError) as error:
+            raise BadInput(f"{path}: needs `width N` and `height N` before `map`") from error
+        rows = lines[first : first + height]
+        if len(rows) < height or any(len(row) != width for row in rows) or width < 1 or height < 1:
+            raise BadInput(f"{path}: expected {height} rows of {width} cells after `map`")
+        cells = np.frombuffer("".join(rows).encode("latin-1", "replace"), dtype=np.uint8).reshape(height, width)
+        return cls(~np.isin(cells, np.frombuffer(b".GS", dtype=np.uint8)), resolution)
+
+    @classmethod
+    def load_map_server(cls, path: str | Path) -> GridField:
+        """From a map_server .yaml and its picture. Unknown ground counts as blocked. Raises BadInput."""
+        path = Path(path)
+        entries = _flat_yaml(path)
+        try:
+            image = path.parent / str(entries["image"])
+            resolution = float(entries["resolution"])
+            origin = [float(value) for value in entries["origin"].strip("[]").split(",")]
+            negate = int(entries.get("negate", "0"))
+            free_below = float(entries.get("free_thresh", "0.196"))
+        except (KeyError, ValueError) as error:
+            raise BadInput(
+                f"{path}: needs `image`, `resolution` and `origin: [x, y, yaw]`; {error} is missing or wrong"
+            ) from error
+        if len(origin) != 3 or abs(origin[2]) > 1e-9:
+            raise BadInput(f"{path}: origin must be [x, y, 0]; a turned map is not supported")
+        picture = cv2.imread(str(image), cv2.IMREAD_GRAYSCALE)
+        if picture is None:
+            raise BadInput(f"{path}: can't read the picture {image}")
+        shade = picture.astype(np.float64) / 255.0
+        occupancy = shade if negate else 1.0 - shade
+        try:
+            return cls(np.flipud(occupancy >= free_below), resolution, (origin[0], origin[1]))
+        except BadInput as error:
+            raise BadInput(f"{path}: {error}") from error
+
+
+def load_field(path: str | Path, resolution: float = 1.0) -> Field:
+    """The map in a file, by its ending: .toml (circles), .yaml/.yml (map_server), .map (MovingAI). Raises BadInput."""
+    suffix = Path(path).suffix.lower()
+    if suffix == ".toml":
+        return CircleField.load(path)
+    if suffix in (".yaml", ".yml"):
+        return GridField.load_map_server(path)
+    if suffix == ".map":
+        return GridField.load_movingai(path, resolution)
+    raise BadInput(f"{path}: a map must end in .toml, .yaml or .map")
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise BadInput(f"{path}: {error.strerror or error}") from error
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _flat_yaml(path: Path) -> dict[str, str]:
+    """The `key: value` lines of a map_server file; it has no nesting."""
+    entries = {}
+    for line in _text(path).splitlines():
+        key, colon, value = line.split("#", 1)[0].partition(":")
+        if colon:
+            entries[key.strip()] = value.strip().strip("\"'")
+    return entries

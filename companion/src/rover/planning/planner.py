@@ -1,0 +1,133 @@
+"""One call from a field, a start and goals to a path: a pure function of its arguments and the seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from rover.errors import BadInput
+from rover.planning.fields import Field
+from rover.planning.result import PlanResult
+
+ALGORITHMS = ("rrt", "rrt-star", "goal-seeking", "multi-goal")
+
+
+def plan(
+    field: Field,
+    start: tuple[float, float],
+    goals: Sequence[tuple[float, float]],
+    *,
+    algorithm: str = "multi-goal",
+    robot_radius: float = 0.15,
+    seed: int = 0,
+    iterations: int | None = None,
+    budget_ms: float | None = None,
+    any_order: bool = False,
+    start_escape_m: float = 0.0,
+    corner_cost_m: float = 0.0,
+    step_m: float | None = None,
+    goal_bias: float | None = None,
+) -> PlanResult:
+    """A path for a disc of `robot_radius` metres from `start` through all reachable `goals`.
+
+    "rrt", "rrt-star" and "goal-seeking" plan goal by goal (section 3.5: each goal becomes the next start);
+    "multi-goal" grows one tree towards all goals (figure 3) and then improves the legs between them. The paper's
+    equations 12 to 15 are cited in the native source.
+
+    Without `iterations` and `budget_ms` the first solution is returned, after shortcuts. `iterations` is a total
+    of tree extensions and shortcut attempts until which planning goes on improving: the same seed gives the same
+    path. `budget_ms` does so by the clock, which is not repeatable. A first solution is sought beyond both.
+
+    `any_order` lets the planner choose the order (exact up to 10 goals). `start_escape_m`: a start that is nearer to
+    an obstacle than the radius may be left over up to this distance as long as the clearance grows.
+    `corner_cost_m` is the length that one corner less is worth.
+
+    Raises BadInput for values that make no sense. Goals without a way are named in the result.
+    """
+    start = _point(field, "the start", start)
+    points = [_point(field, f"goal {index + 1}", goal) for index, goal in enumerate(goals)]
+    if algorithm not in ALGORITHMS:
+        raise BadInput(f"unknown algorithm {algorithm!r}: choose one of {', '.join(ALGORITHMS)}")
+    if not points:
+        raise BadInput("no goal given: name at least one")
+    _number("the robot's radius", robot_radius, 0.0)
+    _number("the start escape", start_escape_m, 0.0)
+    _number("the corner cost", corner_cost_m, 0.0)
+    if budget_ms is not None:
+        _number("the time budget", budget_ms, 0.0)
+    if iterations is not None and iterations < 1:
+        raise BadInput(f"iterations must be at least 1, not {iterations}")
+    if step_m is not None and not (math.isfinite(step_m) and step_m > 0.0):
+        raise BadInput(f"the step must be a positive number of metres, not {step_m}")
+    if goal_bias is not None and not 0.0 <= goal_bias <= 1.0:
+        raise BadInput(f"the goal bias must be between 0 and 1, not {goal_bias}")
+    found = field.native.plan(
+        start,
+        np.array(points, dtype=np.float64).reshape(-1, 2),
+        algorithm,
+        float(robot_radius),
+        int(seed) % 2**64,
+        iterations,
+        budget_ms,
+        bool(any_order),
+        float(start_escape_m),
+        float(corner_cost_m),
+        step_m,
+        goal_bias,
+    )
+    unreachable = tuple(found["unreachable"])
+    return PlanResult(
+        status="no_path" if unreachable else "ok",
+        algorithm=algorithm,
+        order=tuple(found["order"]),
+        path=found["path"],
+        goal_indices=tuple(found["goal_indices"]),
+        unreachable=unreachable,
+        iterations=found["iterations"],
+        nodes=found["nodes"],
+        time_ms=found["time_ms"],
+        first_solution_ms=found["first_solution_ms"],
+        reason=_reason(field, start, points, unreachable, found["start_blocked"], robot_radius),
+    )
+
+
+def _reason(
+    field: Field,
+    start: tuple[float, float],
+    points: list[tuple[float, float]],
+    unreachable: tuple[int, ...],
+    start_blocked: bool,
+    radius: float,
+) -> str:
+    if start_blocked:
+        return (
+            f"the start ({start[0]:g}, {start[1]:g}) is {field.clearance([start])[0]:.3f} m from the nearest obstacle "
+            f"or wall; the robot needs {radius:g} m"
+        )
+    parts = []
+    for index in unreachable:
+        x, y = points[index]
+        clear = field.segment_clear((x, y), (x, y), radius)
+        why = "no way leads there" if clear else f"nearer than {radius:g} m to an obstacle or wall"
+        parts.append(f"goal {index + 1} ({x:g}, {y:g}): {why}")
+    return "; ".join(parts)
+
+
+def _point(field: Field, name: str, point: tuple[float, float]) -> tuple[float, float]:
+    values = tuple(float(value) for value in point)
+    if len(values) != 2 or not all(math.isfinite(value) for value in values):
+        raise BadInput(f"{name} must be two finite numbers x,y, not {point}")
+    left, bottom, right, top = field.bounds
+    if not (left <= values[0] <= right and bottom <= values[1] <= top):
+        raise BadInput(
+            f"{name} ({values[0]:g}, {values[1]:g}) lies outside the map: x is {left:g} to {right:g}, "
+            f"y is {bottom:g} to {top:g}"
+        )
+    return values[0], values[1]
+
+
+def _number(name: str, value: float, least: float) -> None:
+    if not (math.isfinite(value) and value >= least):
+        raise BadInput(f"{name} must be a finite number of at least {least:g}, not {value}")

@@ -1,0 +1,117 @@
+"""A picture of a piece of the map: metres in, anti-aliased marks out."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.report.palette import HATCH, INK, UNSEEN, WHITE, Colour
+
+SHIFT = 4
+"""Bits of a fraction of a pixel that OpenCV's drawing calls take."""
+
+Raster = NDArray[np.generic]
+
+
+class Canvas:
+    """A BGR picture with the map's rectangle (0, 0)–(width, height) in it; y points up.
+
+    left, top, right, bottom: margins in pixels. scale: pixels a metre.
+    """
+
+    def __init__(
+        self, width: float, height: float, scale: float, margins: tuple[int, int, int, int], paper: Colour
+    ) -> None:
+        self.left, self.top, right, bottom = margins
+        self.scale = scale
+        self.columns, self.rows = round(width * scale), round(height * scale)
+        shape = (self.rows + self.top + bottom, self.columns + self.left + right, 3)
+        self.image: NDArray[np.uint8] = np.full(shape, paper, dtype=np.uint8)
+
+    @property
+    def field(self) -> NDArray[np.uint8]:
+        """View of the map's rectangle."""
+        return self.image[self.top : self.top + self.rows, self.left : self.left + self.columns]
+
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Column and row of a point of the map."""
+        return self.left + x * self.scale, self.top + self.rows - y * self.scale
+
+    def raster(self, cells: Raster, origin: tuple[float, float], resolution: float, smooth: bool) -> Raster:
+        """A raster of the map (row 0 at the bottom), resampled to the pixels of `field`; 0 outside of it."""
+        # Affine map from a pixel of the field to a cell: centres lie at +0.5 on both sides.
+        step = 1.0 / (self.scale * resolution)
+        matrix = np.array(
+            [
+                [step, 0.0, 0.5 * step - origin[0] / resolution - 0.5],
+                [0.0, -step, (self.rows - 0.5) * step - origin[1] / resolution - 0.5],
+            ]
+        )
+        flags = (cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST) | cv2.WARP_INVERSE_MAP
+        source = cells.astype(np.float32 if smooth else np.uint8)
+        border = cv2.BORDER_REPLICATE if smooth else cv2.BORDER_CONSTANT
+        return np.asarray(cv2.warpAffine(source, matrix, (self.columns, self.rows), flags=flags, borderMode=border))
+
+    def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
+        """A filled disc; `radius` in metres."""
+        overlay = self.image if alpha >= 1.0 else self.image.copy()
+        cv2.circle(overlay, self._fixed(x, y), self._length(radius * self.scale), colour, -1, cv2.LINE_AA, SHIFT)
+        if overlay is not self.image:
+            cv2.addWeighted(overlay, alpha, self.image, 1.0 - alpha, 0.0, self.image)
+
+    def circle(self, x: float, y: float, radius: float, colour: Colour, width: int = 2) -> None:
+        """A circle; `radius` in metres."""
+        cv2.circle(self.image, self._fixed(x, y), self._length(radius * self.scale), colour, width, cv2.LINE_AA, SHIFT)
+
+    def line(self, points: NDArray[np.float64], colour: Colour, width: int = 2, closed: bool = False) -> None:
+        """A polyline through points (N, 2) of the map."""
+        if len(points) == 0:
+            return
+        pixels = np.stack(self.pixel(points[:, 0], points[:, 1]), axis=1)  # type: ignore[arg-type]
+        fixed = np.round(pixels * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
+        cv2.polylines(self.image, [fixed], closed, colour, width, cv2.LINE_AA, SHIFT)
+
+    def polygon(self, points: NDArray[np.float64], colour: Colour) -> None:
+        """A filled polygon of points (N, 2) of the map."""
+        pixels = np.stack(self.pixel(points[:, 0], points[:, 1]), axis=1)  # type: ignore[arg-type]
+        fixed = np.round(pixels * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
+        cv2.fillPoly(self.image, [fixed], colour, cv2.LINE_AA, SHIFT)
+
+    def label(self, x: float, y: float, text: str, colour: Colour, offset: tuple[int, int], size: int = 20) -> None:
+        """Text with a halo beside a point of the map."""
+        column, row = self.pixel(x, y)
+        draw_text(self.image, text, (round(column) + offset[0], round(row) + offset[1]), colour, size, halo=WHITE)
+
+    def _fixed(self, x: float, y: float) -> tuple[int, int]:
+        column, row = self.pixel(x, y)
+        return round(column * (1 << SHIFT)), round(row * (1 << SHIFT))
+
+    @staticmethod
+    def _length(pixels: float) -> int:
+        return max(1, round(pixels * (1 << SHIFT)))
+
+
+def draw_text(
+    image: NDArray[np.uint8],
+    text: str,
+    position: tuple[int, int],
+    colour: Colour = INK,
+    size: int = 20,
+    halo: Colour | None = None,
+    bold: bool = False,
+) -> None:
+    """Text with its baseline's left end at `position`; `size`: height of the letters in pixels, about."""
+    scale = size / 30.0
+    width = max(1, round(size / 15.0)) + int(bold)
+    if halo is not None:
+        cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, scale, halo, width + 4, cv2.LINE_AA)
+    cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, scale, colour, width, cv2.LINE_AA)
+
+
+def hatched(rows: int, columns: int, spacing: int = 14) -> NDArray[np.uint8]:
+    """A field of diagonal hatching, for ground that nobody has looked at."""
+    picture = np.full((rows, columns, 3), UNSEEN, dtype=np.uint8)
+    for start in range(-rows, columns, spacing):
+        cv2.line(picture, (start, rows), (start + rows, 0), HATCH, 1, cv2.LINE_AA)
+    return picture

@@ -1,0 +1,146 @@
+"""Title and legend of the map: what the marks mean, how warm the colours are, how long a metre is."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from rover.report.canvas import Canvas, draw_text, hatched
+from rover.report.palette import (
+    COLORMAP,
+    FAINT,
+    GOAL,
+    INK,
+    LAUNCH,
+    OBSTACLE,
+    PATH,
+    WHITE,
+    ZONE,
+)
+from rover.report.result import RunResult
+
+KELVIN = 273.15
+ROW = 46
+
+
+def draw_title(canvas: Canvas, result: RunResult) -> None:
+    """Name and outcome above the map."""
+    text = f"{result.mission}: {result.status.replace('_', ' ')}"
+    draw_text(canvas.image, text, (canvas.left, 40), INK, 28, bold=True)
+    counts = (
+        f"{len(result.detections)} indications, {result.surveyed_area:.1f} of "
+        f"{result.area_width * result.area_height:.1f} m2 surveyed, {result.distance:.1f} m driven"
+    )
+    draw_text(canvas.image, counts, (canvas.left, 70), FAINT, 18)
+    if result.identities.simulated:
+        column = canvas.left + canvas.columns + 28
+        draw_text(canvas.image, "SIMULATED FIELD", (column, 40), ZONE, 20, bold=True)
+
+
+def draw_legend(canvas: Canvas, result: RunResult, span: tuple[float, float]) -> None:
+    """Column of explanations at the right of the map."""
+    image = canvas.image
+    column = canvas.left + canvas.columns + 28
+    row = canvas.top + 24
+    _temperature_bar(canvas, column, row, span)
+    row += 120
+    marks = (
+        (_mark_detection, "indication, 1 sigma"),
+        (_mark_zone, "keep-out zone"),
+        (_mark_goal, "goal reached"),
+        (_mark_open_goal, "goal not reached"),
+        (_mark_path, "driven path"),
+        (_mark_launch, "launch"),
+        (_mark_end, "where the rover ended"),
+        (_mark_obstacle, "obstacle"),
+        (_mark_unseen, "not surveyed"),
+    )
+    for mark, text in marks:
+        mark(image, column + 20, row)
+        draw_text(image, text, (column + 54, row + 7), INK, 18)
+        row += ROW
+    _scale_bar(canvas, column, row + 30)
+    _directions(canvas, column, row + 90)
+
+
+def _temperature_bar(canvas: Canvas, column: int, row: int, span: tuple[float, float]) -> None:
+    ramp = np.tile(np.linspace(0, 255, 260).astype(np.uint8), (22, 1))
+    bar = cv2.applyColorMap(ramp, COLORMAP)
+    canvas.image[row + 16 : row + 38, column : column + 260] = bar
+    cv2.rectangle(canvas.image, (column, row + 16), (column + 260, row + 38), INK, 1)
+    draw_text(canvas.image, "ground temperature", (column, row + 4), INK, 18)
+    low, high = span
+    draw_text(canvas.image, f"{low - KELVIN:.1f} C", (column, row + 62), FAINT, 17)
+    draw_text(canvas.image, f"{high - KELVIN:.1f} C", (column + 196, row + 62), FAINT, 17)
+
+
+def _scale_bar(canvas: Canvas, column: int, row: int) -> None:
+    length = next(value for value in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0) if value * canvas.scale >= 90)
+    end = column + round(length * canvas.scale)
+    cv2.line(canvas.image, (column, row), (end, row), INK, 3, cv2.LINE_AA)
+    for x in (column, end):
+        cv2.line(canvas.image, (x, row - 8), (x, row + 8), INK, 3, cv2.LINE_AA)
+    draw_text(canvas.image, f"{length:g} m", (column, row - 16), INK, 18)
+
+
+def _directions(canvas: Canvas, column: int, row: int) -> None:
+    """The axes of the map frame."""
+    base = (column + 14, row + 70)
+    for tip, text, place in (
+        ((column + 84, row + 70), "x", (column + 92, row + 77)),
+        ((column + 14, row), "y", (column + 24, row + 10)),
+    ):
+        cv2.arrowedLine(canvas.image, base, tip, INK, 2, cv2.LINE_AA, tipLength=0.18)
+        draw_text(canvas.image, text, place, INK, 18)
+    draw_text(canvas.image, "map frame", (column + 120, row + 77), FAINT, 17)
+
+
+Image = np.ndarray
+
+
+def _mark_detection(image: Image, x: int, y: int) -> None:
+    cv2.circle(image, (x, y), 14, ZONE, 2, cv2.LINE_AA)
+    cv2.line(image, (x - 8, y - 8), (x + 8, y + 8), ZONE, 3, cv2.LINE_AA)
+    cv2.line(image, (x - 8, y + 8), (x + 8, y - 8), ZONE, 3, cv2.LINE_AA)
+
+
+def _mark_zone(image: Image, x: int, y: int) -> None:
+    cv2.circle(image, (x, y), 16, (205, 202, 246), -1, cv2.LINE_AA)
+    cv2.circle(image, (x, y), 16, ZONE, 2, cv2.LINE_AA)
+
+
+def _diamond(x: int, y: int) -> np.ndarray:
+    return np.array([[x, y - 13], [x + 13, y], [x, y + 13], [x - 13, y]], dtype=np.int32).reshape(-1, 1, 2)
+
+
+def _mark_goal(image: Image, x: int, y: int) -> None:
+    cv2.fillPoly(image, [_diamond(x, y)], GOAL, cv2.LINE_AA)
+
+
+def _mark_open_goal(image: Image, x: int, y: int) -> None:
+    cv2.fillPoly(image, [_diamond(x, y)], WHITE, cv2.LINE_AA)
+    cv2.polylines(image, [_diamond(x, y)], True, GOAL, 2, cv2.LINE_AA)
+
+
+def _mark_path(image: Image, x: int, y: int) -> None:
+    cv2.line(image, (x - 18, y), (x + 18, y), INK, 7, cv2.LINE_AA)
+    cv2.line(image, (x - 18, y), (x + 18, y), PATH, 3, cv2.LINE_AA)
+
+
+def _mark_launch(image: Image, x: int, y: int) -> None:
+    shape = np.array([[x, y - 15], [x + 10, y + 11], [x, y + 5], [x - 10, y + 11]], dtype=np.int32)
+    cv2.fillPoly(image, [shape.reshape(-1, 1, 2)], LAUNCH, cv2.LINE_AA)
+
+
+def _mark_end(image: Image, x: int, y: int) -> None:
+    cv2.circle(image, (x, y), 15, LAUNCH, 3, cv2.LINE_AA)
+
+
+def _mark_obstacle(image: Image, x: int, y: int) -> None:
+    cv2.circle(image, (x, y), 15, (170, 162, 156), -1, cv2.LINE_AA)
+    cv2.circle(image, (x, y), 15, OBSTACLE, 2, cv2.LINE_AA)
+
+
+def _mark_unseen(image: Image, x: int, y: int) -> None:
+    image[y - 14 : y + 14, x - 18 : x + 18] = hatched(28, 36, spacing=9)
+    cv2.rectangle(image, (x - 18, y - 14), (x + 18, y + 14), FAINT, 1)

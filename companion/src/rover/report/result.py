@@ -1,0 +1,263 @@
+"""The result of a mission, as one value: summary.json, the map and the report are made of nothing else."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.geometry import Pose2
+
+DONE = "done"
+PARTIAL = "partial"
+EXIT_CODES = {DONE: 0, "no_path": 4, "aborted": 5, "safety_stop": 6, "link_lost": 7, PARTIAL: 8}
+"""Every status a run can end with, and the exit code that goes with it."""
+
+
+@dataclass(frozen=True)
+class DetectionResult:
+    """An indication: something in the ground or on it that may be a mine.
+
+    kind: "surface" or "buried". p: probability of that class. probabilities: of every class.
+    sigma: 1σ radius in metres. zone_radius: of the keep-out zone around it. inspected: looked at from an inspection
+    pose; why_not: the reason when it was not. thumbnail: kelvin (h, w) around the place, or None.
+    """
+
+    id: int
+    kind: str
+    p: float
+    x: float
+    y: float
+    sigma: float
+    views: int
+    zone_radius: float
+    first_seen: float
+    inspected: bool
+    why_not: str = ""
+    probabilities: dict[str, float] = field(default_factory=dict)
+    thumbnail: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True)
+class GoalResult:
+    """A place to look at: `kind` "operator" (from the mission file) or "inspection" (made from a detection)."""
+
+    id: int
+    x: float
+    y: float
+    reached: bool
+    kind: str = "operator"
+    reason: str = ""
+    time: float | None = None
+
+
+@dataclass(frozen=True)
+class ObstacleResult:
+    """A disc that was driven around; `source`: "given", "thermal" or "sonar"."""
+
+    x: float
+    y: float
+    radius: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Unsurveyed:
+    """Ground of the area that was not surveyed, with the reason, in m²."""
+
+    area: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class Safety:
+    """What the referee of a simulated rig counted; None where nobody could count (a real field)."""
+
+    collisions: int | None = None
+    keepout_violations: int | None = None
+    unseen_ground: float | None = None
+    min_clearance: float | None = None
+
+
+@dataclass(frozen=True)
+class Localization:
+    """How well the rover knew where it was: RMS errors in metres (simulated rigs), fixes of the camera."""
+
+    ate_rmse: float | None = None
+    odometry_only_ate_rmse: float | None = None
+    fixes: int = 0
+    rejected: int = 0
+    final_sigma: float | None = None
+    max_sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class TimelineEntry:
+    """Something worth telling that happened at `time` seconds of the mission."""
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class MapLayers:
+    """Rasters in map; row 0 is at `origin[1]` (the bottom), all of one shape (h, w).
+
+    temperature: kelvin, nan where nothing was seen. seen, occupied: bool.
+    """
+
+    origin: tuple[float, float]
+    resolution: float
+    temperature: NDArray[np.float32]
+    seen: NDArray[np.bool_]
+    occupied: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Identities:
+    """What was at work: so that a result can be traced and repeated."""
+
+    rig: str
+    seed: int | None
+    rover_version: str
+    firmware_version: str = ""
+    firmware_git_hash: str = ""
+    board: str = ""
+    schema_hash: str = ""
+    model_hash: str = ""
+    mission_hash: str = ""
+
+    @property
+    def simulated(self) -> bool:
+        """True for rigs with a simulated field."""
+        return self.rig in ("sitl", "emulator")
+
+
+@dataclass(frozen=True)
+class WallClock:
+    """The only figures that differ from run to run."""
+
+    duration: float
+    speed_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """A whole mission. status: a key of EXIT_CODES; reason: one sentence that an operator understands.
+
+    path: (N, 3) time, x, y of the estimated trajectory in map. Times in seconds of mission time.
+    """
+
+    mission: str
+    status: str
+    reason: str
+    duration: float
+    distance: float
+    area_width: float
+    area_height: float
+    launch: Pose2
+    path: NDArray[np.float64]
+    layers: MapLayers
+    identities: Identities
+    detections: tuple[DetectionResult, ...] = ()
+    goals: tuple[GoalResult, ...] = ()
+    obstacles: tuple[ObstacleResult, ...] = ()
+    unsurveyed: tuple[Unsurveyed, ...] = ()
+    surveyed_area: float = 0.0
+    safety: Safety = Safety()
+    localization: Localization = Localization()
+    link: dict[str, float] = field(default_factory=dict)
+    timeline: tuple[TimelineEntry, ...] = ()
+    final_pose: Pose2 | None = None
+    robot_radius: float = 0.15
+    wall_clock: WallClock | None = None
+    out: str = ""
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command that ran the mission."""
+        return EXIT_CODES[self.status]
+
+    def summary(self) -> dict[str, Any]:
+        """The contract's JSON of `rover run`, in a fixed order of keys. Only `wall_clock` and `out` vary by run."""
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "mission": self.mission,
+            "duration_s": round(self.duration, 3),
+            "distance_m": round(self.distance, 4),
+            "area_m2": round(self.area_width * self.area_height, 4),
+            "surveyed_m2": round(self.surveyed_area, 4),
+            "unsurveyed": [{"area_m2": round(u.area, 4), "reason": u.reason} for u in self.unsurveyed],
+            "detections": [detection_json(d) for d in self.detections],
+            "goals": [goal_json(g) for g in self.goals],
+            "collisions": self.safety.collisions,
+            "keepout_violations": self.safety.keepout_violations,
+            "unseen_ground_m2": _rounded(self.safety.unseen_ground, 5),
+            "min_clearance_m": _rounded(self.safety.min_clearance, 4),
+            "localization": {
+                "ate_rmse_m": _rounded(self.localization.ate_rmse, 5),
+                "odometry_only_ate_rmse_m": _rounded(self.localization.odometry_only_ate_rmse, 5),
+                "fixes": self.localization.fixes,
+                "rejected": self.localization.rejected,
+                "final_sigma_m": _rounded(self.localization.final_sigma, 5),
+                "max_sigma_m": _rounded(self.localization.max_sigma, 5),
+            },
+            "link": {key: round(value, 9) if math.isfinite(value) else None for key, value in self.link.items()},
+            "rig": self.identities.rig,
+            "seed": self.identities.seed,
+            "versions": {
+                "rover": self.identities.rover_version,
+                "firmware": self.identities.firmware_version,
+                "firmware_git_hash": self.identities.firmware_git_hash,
+                "board": self.identities.board,
+                "schema_hash": self.identities.schema_hash,
+                "model_hash": self.identities.model_hash,
+                "mission_hash": self.identities.mission_hash,
+            },
+            "wall_clock": None
+            if self.wall_clock is None
+            else {
+                "duration_s": round(self.wall_clock.duration, 2),
+                "speed_factor": round(self.wall_clock.speed_factor, 2),
+            },
+            "out": self.out,
+        }
+
+
+def detection_json(detection: DetectionResult) -> dict[str, Any]:
+    """One detection as in summary.json."""
+    return {
+        "id": detection.id,
+        "class": detection.kind,
+        "p": round(detection.p, 4),
+        "x": round(detection.x, 4),
+        "y": round(detection.y, 4),
+        "sigma_m": round(detection.sigma, 4),
+        "views": detection.views,
+        "zone_radius_m": round(detection.zone_radius, 4),
+        "first_seen_s": round(detection.first_seen, 3),
+        "inspected": detection.inspected,
+        "why_not": detection.why_not,
+        "probabilities": {name: round(value, 4) for name, value in sorted(detection.probabilities.items())},
+    }
+
+
+def goal_json(goal: GoalResult) -> dict[str, Any]:
+    """One goal as in summary.json."""
+    return {
+        "id": goal.id,
+        "x": round(goal.x, 4),
+        "y": round(goal.y, 4),
+        "reached": goal.reached,
+        "kind": goal.kind,
+        "reason": goal.reason,
+        "time_s": _rounded(goal.time, 3),
+    }
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)

@@ -1,0 +1,169 @@
+"""Registering two pictures (section 3.1 of the paper): ORB, matching, DBSCAN, RANSAC homography, equation 6.
+
+It refuses rather than being wrong: a homography counts only if far more matches agree with it than chance would
+bring about, if they cover a part of both pictures, and if it is one that a camera can produce.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
+from rover.vision.features import FeatureDetector, Features, FeatureSettings
+from rover.vision.matching import MatchSettings, match_features
+from rover.vision.preprocess import Preprocessor, PreprocessSettings
+
+Points = NDArray[np.float64]
+Picture = NDArray[np.uint8] | NDArray[np.uint16]
+
+
+@dataclass(frozen=True)
+class RegistrationSettings:
+    """inlier_px: how far a match may lie from where the homography puts it.
+
+    min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
+    min_spread: the inliers' bounding box, as a share of each picture's area.
+    """
+
+    preprocess: PreprocessSettings = field(
+        default_factory=lambda: PreprocessSettings(fixed_pattern=False, dead_pixels=False, clahe_clip=2.0)
+    )
+    features: FeatureSettings = field(
+        default_factory=lambda: FeatureSettings(
+            count=2000, columns=12, rows=9, levels=8, scale=1.2, patch=31, threshold_start=20
+        )
+    )
+    match: MatchSettings = field(default_factory=lambda: MatchSettings(max_distance=72.0, ratio=0.85))
+    epsilon: float = EPSILON_PX / 320.0
+    min_points: int = MIN_POINTS
+    inlier_px: float = 3.0
+    min_inliers: int = 14
+    min_ratio: float = 0.12
+    min_spread: float = 0.01
+    seed: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """status: "ok" or "failed"; reason: why it failed. homography: (3, 3) from picture A to B, None when failed.
+
+    keypoints: found in A and in B. clustered: matches left after DBSCAN. rmse_*_px: equation 6 on the inliers.
+    points_a, points_b: the inliers, (N, 2) pixels.
+    """
+
+    status: str
+    reason: str
+    keypoints: tuple[int, int]
+    matches: int = 0
+    clustered: int = 0
+    inliers: int = 0
+    homography: Points | None = None
+    rmse_before: float | None = None
+    rmse_after: float | None = None
+    points_a: Points = field(default_factory=lambda: np.empty((0, 2)))
+    points_b: Points = field(default_factory=lambda: np.empty((0, 2)))
+
+
+def rmse(a: Points, b: Points) -> float:
+    """Root mean square distance of matched points (N, 2) (eq. 6)."""
+    return float(np.sqrt(np.mean(np.sum((a - b) ** 2, axis=1))))
+
+
+def apply_homography(homography: Points, points: Points) -> Points:
+    """Points (N, 2) through a homography (3, 3)."""
+    mapped = points @ homography[:, :2].T + homography[:, 2]
+    return mapped[:, :2] / mapped[:, 2:]
+
+
+def find_features(picture: Picture, settings: RegistrationSettings) -> Features:
+    """The features of one picture (H, W) of 8 or 16 bits."""
+    prepared = Preprocessor(settings.preprocess)(picture)
+    return FeatureDetector(settings.features).detect(prepared)
+
+
+def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
+    """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size."""
+    settings = settings or RegistrationSettings()
+    a, b = find_features(image_a, settings), find_features(image_b, settings)
+    return register_features(a, b, image_a.shape, image_b.shape, settings)
+
+
+def register_features(
+    a: Features,
+    b: Features,
+    shape_a: tuple[int, ...],
+    shape_b: tuple[int, ...],
+    settings: RegistrationSettings,
+) -> Registration:
+    """As `register`, from features found before; shapes are (H, W)."""
+    found = (len(a), len(b))
+    in_a, in_b = match_features(a, b, settings.match)
+    matches = len(in_a)
+    points_a, points_b = a.points[in_a], b.points[in_b]
+    grouped = (dbscan(points_a, settings.epsilon * shape_a[1], settings.min_points) != NOISE) & (
+        dbscan(points_b, settings.epsilon * shape_b[1], settings.min_points) != NOISE
+    )
+    points_a, points_b = points_a[grouped], points_b[grouped]
+    clustered = len(points_a)
+    if clustered < settings.min_inliers:
+        return Registration("failed", "too few matches", found, matches, clustered)
+    cv2.setRNGSeed(settings.seed)
+    homography, _ = cv2.findHomography(
+        points_a, points_b, cv2.USAC_MAGSAC, settings.inlier_px, maxIters=5000, confidence=0.999
+    )
+    if homography is None:
+        return Registration("failed", "no homography agrees with the matches", found, matches, clustered)
+    inlier = np.linalg.norm(apply_homography(homography, points_a) - points_b, axis=1) <= settings.inlier_px
+    count = int(inlier.sum())
+    reason = _objection(homography, points_a[inlier], points_b[inlier], clustered, shape_a, shape_b, settings)
+    if reason:
+        return Registration("failed", reason, found, matches, clustered, count)
+    points_a, points_b = points_a[inlier], points_b[inlier]
+    return Registration(
+        "ok",
+        "",
+        found,
+        matches,
+        clustered,
+        count,
+        homography,
+        rmse(points_a, points_b),
+        rmse(apply_homography(homography, points_a), points_b),
+        points_a,
+        points_b,
+    )
+
+
+def _objection(
+    homography: Points,
+    points_a: Points,
+    points_b: Points,
+    clustered: int,
+    shape_a: tuple[int, ...],
+    shape_b: tuple[int, ...],
+    settings: RegistrationSettings,
+) -> str:
+    """Why this homography must not be believed; empty when nothing speaks against it."""
+    if len(points_a) < settings.min_inliers or len(points_a) < settings.min_ratio * clustered:
+        return "too few matches agree"
+    for points, shape in ((points_a, shape_a), (points_b, shape_b)):
+        extent = points.max(axis=0) - points.min(axis=0)
+        if extent[0] * extent[1] < settings.min_spread * shape[0] * shape[1]:
+            return "the agreeing matches cover too little of the picture"
+    height, width = shape_a[:2]
+    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    if np.any(np.column_stack((corners, np.ones(4))) @ homography[2] / homography[2, 2] < 0.1):
+        return "the horizon would lie in the picture"
+    mapped = apply_homography(homography, corners)
+    edges = np.roll(mapped, -1, axis=0) - mapped
+    turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
+    if np.any(turns <= 0.0):
+        return "the picture would be folded or mirrored"
+    area = abs(cv2.contourArea(mapped.astype(np.float32))) / (shape_a[0] * shape_a[1])
+    if not 0.05 < area < 20.0:
+        return "the picture would be scaled beyond reason"
+    return ""

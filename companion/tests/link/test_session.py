@@ -1,0 +1,163 @@
+"""Handshake, heartbeat, arming and the ways in which a link ends."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from rover.errors import LinkLost, PreflightFailed, SafetyStop
+from rover.link.clock import WallClock
+from rover.link.session import Link
+from rover.link.telemetry import FirmwareState, LogLine, WheelMotion
+from rover.link.transport import LockstepTransport, SerialTransport
+
+
+def run(link: Link, seconds: float) -> list[object]:
+    events: list[object] = []
+    end = link.clock.now() + seconds
+    while link.clock.now() < end:
+        events.extend(link.poll())
+        link.clock.advance(link.clock.now() + 0.02)
+    return events
+
+
+def test_the_handshake_tells_who_is_there(world) -> None:
+    identity = Link(world, world, session=77).connect()
+    assert (identity.version, identity.board, identity.git_hash) == ("0.1.0", "Sitl", "0000abcd")
+
+
+def test_another_schema_is_refused_and_both_hashes_are_shown(world, firmware) -> None:
+    firmware.schema_hash = 0x12345678
+    with pytest.raises(PreflightFailed, match=r"0x12345678.*this companion's is 0x") as error:
+        Link(world, world).connect()
+    assert "\n" not in str(error.value)
+
+
+def test_no_answer_is_said_to_be_one(world, firmware) -> None:
+    firmware.mute = True
+    with pytest.raises(PreflightFailed, match="no answer"):
+        Link(world, world).connect(timeout=0.5)
+
+
+def test_keep_alives_count_up_ten_times_a_second(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    firmware.keep_alives.clear()
+    run(link, 2.0)
+    assert len(firmware.keep_alives) == pytest.approx(20, abs=1)
+    assert all((b - a) & 255 == 1 for a, b in zip(firmware.keep_alives, firmware.keep_alives[1:], strict=False))
+
+
+def test_arming_uses_a_new_token_each_time(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    link.arm()
+    first = firmware.token
+    link.stop()
+    run(link, 0.3)
+    link.arm()
+    assert firmware.token == first + 1
+    assert link.disarm()
+
+
+def test_a_refused_arming_says_why(world, firmware) -> None:
+    firmware.refuse_arming = True
+    link = Link(world, world)
+    link.connect()
+    with pytest.raises(PreflightFailed, match="does not arm"):
+        link.arm(timeout=0.5)
+
+
+def test_telemetry_has_companion_time_and_unwrapped_counts(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    link.poll()
+    wheels = [event for event in run(link, 1.0) if isinstance(event, WheelMotion)]
+    assert len(wheels) == pytest.approx(50, abs=1)
+    assert wheels[-1].time == pytest.approx(link.clock.now(), abs=0.025)
+    assert wheels[-1].right_counts == -5
+
+
+def test_events_that_came_while_arming_are_not_lost(world) -> None:
+    link = Link(world, world)
+    link.connect()
+    link.poll()
+    link.arm()
+    assert any(isinstance(event, FirmwareState) and event.state == "Armed" for event in link.poll())
+
+
+def test_a_log_line_is_put_together_from_its_pieces(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    pieces = [b"sonar 1", b" is dea", b"d\0"]
+    offset = 0
+    for piece in pieces:
+        world.inbox.append((world.time, firmware.frame("LogText", offset=offset, text=piece)))
+        offset += 7
+    assert [e.text for e in link.poll() if isinstance(e, LogLine)] == ["sonar 1 is dead"]
+
+
+def test_a_second_of_silence_is_a_lost_link(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    firmware.mute = True
+    with pytest.raises(LinkLost, match="nothing from the firmware"):
+        run(link, 2.0)
+    assert world.time < 1.5
+
+
+def test_a_restarted_firmware_ends_the_mission(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    firmware.handshake = 0
+    with pytest.raises(SafetyStop, match="restarted"):
+        run(link, 0.2)
+
+
+def test_garbage_is_counted_and_lost_frames_show_in_the_figures(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    world.inbox.append((world.time, b"\x05garbage\x00\x03\x99\x00"))
+    firmware.sequence += 3
+    run(link, 0.2)
+    figures = link.figures()
+    assert figures.lost == 3
+    assert figures.malformed + figures.checksum_errors == 2
+    assert 0.9 < figures.quality < 1.0
+
+
+def test_parameters_are_read(world) -> None:
+    link = Link(world, world)
+    link.connect()
+    assert link.get_parameter(3).value == 42
+
+
+def test_over_a_real_pty_in_real_time(pty_firmware) -> None:
+    clock = WallClock()
+    link = Link(SerialTransport(pty_firmware.port, clock=clock), clock, byte_time=0.0)
+    link.connect()
+    link.arm()
+    run(link, 0.3)
+    pty_firmware.pull()
+    with pytest.raises(LinkLost, match="link lost"):
+        run(link, 3.0)
+    link.close()
+
+
+def test_a_port_that_is_not_there_is_a_preflight_failure() -> None:
+    with pytest.raises(PreflightFailed, match="cannot open the port /nowhere/tty: No such file"):
+        SerialTransport("/nowhere/tty")
+
+
+def test_lockstep_chunks_end_at_the_marks_and_carry_their_times(pty_firmware) -> None:
+    pty_firmware.rest()
+    transport = LockstepTransport(pty_firmware.port, patience=0.2)
+    os.write(pty_firmware.master, b"abcdefgh")
+    transport.announce([(1_000, 3), (2_000, 3), (5_000, 8)])
+    assert transport.read() == [(0.001, b"abc"), (0.005, b"defgh")]
+    transport.announce([(6_000, 12)])
+    with pytest.raises(LinkLost, match="0 of 4 bytes"):
+        transport.read()
+    pty_firmware.pull()
+    with pytest.raises(LinkLost, match="link lost"):
+        transport.write(b"x")

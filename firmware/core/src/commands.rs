@@ -1,0 +1,313 @@
+//! What each message of the companion does. Commands may come twice, late and in any order: all of them are
+//! idempotent or carry a token, a counter or an index.
+
+use rover_protocol::messages as m;
+use rover_protocol::messages::{
+    fault_code, parameter_command_command as parameter_command,
+    parameter_value_status as parameter_status,
+};
+use rover_protocol::Message;
+
+use crate::axis::Limits;
+use crate::clock;
+use crate::controller::Core;
+use crate::io::Reboot;
+use crate::motion::{MotionLimits, Refusal};
+use crate::parameters::{Parameter, ParameterError, Parameters};
+use crate::segment_inbox::Receipt;
+use crate::supervisor::{Event, State};
+
+const RESTART: u32 = 0x5242_4F54;
+const BOOTLOADER: u32 = 0x424F_4F54;
+/// Identifier in the answer to a ParameterCommand; the value is the command.
+const ALL_PARAMETERS: u16 = u16::MAX;
+const VERSION: [u8; 3] = [
+    decimal(env!("CARGO_PKG_VERSION_MAJOR")),
+    decimal(env!("CARGO_PKG_VERSION_MINOR")),
+    decimal(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+impl Core {
+    /// Dispatch one message that came in at `now_us`. Unknown ones and wrong lengths move a counter.
+    pub(crate) fn command(&mut self, identifier: u16, payload: &[u8], now_us: u64) {
+        let now_us = now_us.max(self.now_us);
+        self.link.set_time(now_us);
+        if self.dispatch(identifier, payload, now_us).is_none() {
+            self.link.count_foreign();
+        }
+    }
+
+    fn dispatch(&mut self, identifier: u16, payload: &[u8], now_us: u64) -> Option<()> {
+        match identifier {
+            m::EmergencyStop::ID => {
+                let reason = m::EmergencyStop::read(payload)?.reason;
+                self.raise(Event::EmergencyCommand, reason);
+            }
+            m::Stop::ID => self.raise(Event::StopCommand, m::Stop::read(payload)?.reason),
+            m::Disarm::ID => self.raise(Event::Disarm, m::Disarm::read(payload)?.reason),
+            m::Arm::ID => self.arm(m::Arm::read(payload)?.token),
+            m::KeepAlive::ID => {
+                let counter = m::KeepAlive::read(payload)?.counter;
+                if self.keep_alive.replace(counter) != Some(counter) {
+                    self.fed_us = now_us;
+                }
+            }
+            m::ClockRequest::ID => self.link.send_first(&m::ClockReply {
+                sequence: m::ClockRequest::read(payload)?.sequence,
+                receive_time: clock::low(now_us),
+                turnaround: 0,
+            }),
+            m::SegmentTravel::ID => {
+                let half = m::SegmentTravel::read(payload)?;
+                let put = |core: &mut Self| {
+                    core.inbox
+                        .put_travel(half.index, half.duration, half.jerk_travel)
+                };
+                self.segment_half(half.index, put, now_us);
+            }
+            m::SegmentHeading::ID => {
+                let half = m::SegmentHeading::read(payload)?;
+                let put = |core: &mut Self| {
+                    core.inbox
+                        .put_heading(half.index, half.jerk_heading, half.flags)
+                };
+                self.segment_half(half.index, put, now_us);
+            }
+            m::SegmentStart::ID => {
+                let start = m::SegmentStart::read(payload)?;
+                self.segment_start(&start, now_us);
+            }
+            m::Hello::ID => self.hello(&m::Hello::read(payload)?),
+            m::ParameterGet::ID => {
+                let identifier = m::ParameterGet::read(payload)?.identifier;
+                let result = self.parameters.get(identifier);
+                self.answer_parameter(
+                    identifier,
+                    result.err().map_or(parameter_status::OK, status),
+                );
+            }
+            m::ParameterSet::ID => self.parameter_set(&m::ParameterSet::read(payload)?),
+            m::ParameterCommand::ID => {
+                self.parameter_command(m::ParameterCommand::read(payload)?.command);
+            }
+            m::TelemetryRate::ID => {
+                let rate = m::TelemetryRate::read(payload)?;
+                if !self.schedule.set(rate.message, rate.period, now_us) {
+                    return None;
+                }
+            }
+            m::Reboot::ID => self.reboot_wanted(m::Reboot::read(payload)?.magic),
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// Edge-triggered: the token counts as seen even when arming is refused.
+    fn arm(&mut self, token: u16) {
+        if core::mem::replace(&mut self.arm_token, token) == token
+            || self.supervisor.accepts_motion()
+        {
+            return;
+        }
+        let limit_mv = self.parameters.value(Parameter::LowVoltageMv);
+        let empty = self.battery.is_low() || i64::from(self.battery.voltage_mv()) < limit_mv;
+        let resting = matches!(self.supervisor.state(), State::Disarmed | State::Latched);
+        let objections = u32::from(!self.handshake)
+            | u32::from(self.emergency_input) << 1
+            | u32::from(empty) << 2
+            | u32::from(!resting) << 3;
+        if objections == 0 {
+            self.raise(Event::Arm, 0);
+        } else {
+            self.faults.count(fault_code::ARM_REFUSED, objections);
+        }
+    }
+
+    fn hello(&mut self, hello: &m::Hello) {
+        let accepted = hello.schema_hash == m::SCHEMA_HASH;
+        self.faults
+            .set(fault_code::SCHEMA_MISMATCH, !accepted, hello.schema_hash);
+        // A stranger who says hello while the rover drives does not take the session away.
+        if accepted || !self.supervisor.is_powered() {
+            self.handshake = accepted;
+        }
+        let [version_major, version_minor, version_patch] = VERSION;
+        self.link.send_urgent(&m::HelloReply {
+            schema_hash: m::SCHEMA_HASH,
+            version_major,
+            version_minor,
+            version_patch,
+            board: self.identity.board,
+        });
+        self.link.send_urgent(&m::HelloBuild {
+            git_hash: self.identity.git_hash,
+            reset_cause: self.identity.reset_cause,
+            accepted: u8::from(accepted),
+            session: hello.session,
+        });
+        let state = self.state_message();
+        self.link.send_urgent(&state);
+        self.status_due = true;
+    }
+
+    fn segment_half(&mut self, index: u16, put: impl FnOnce(&mut Self) -> Receipt, now_us: u64) {
+        self.status_due = true;
+        if !self.supervisor.accepts_motion() {
+            self.reject();
+            return;
+        }
+        match put(self) {
+            Receipt::Stored => self.accept_segments_at(now_us),
+            Receipt::Duplicate => {}
+            Receipt::TooFarAhead => {
+                self.reject();
+                self.faults
+                    .count(fault_code::SEGMENT_REJECTED, u32::from(index));
+            }
+        }
+    }
+
+    fn segment_start(&mut self, start: &m::SegmentStart, now_us: u64) {
+        self.status_due = true;
+        if !self.supervisor.accepts_motion() {
+            self.reject();
+        } else if self.inbox.is_ahead(start.index) {
+            match clock::start_time(now_us, start.start_time) {
+                Some(start_us) => {
+                    self.inbox.put_start(start.index, start_us);
+                    self.accept_segments_at(now_us);
+                }
+                None => self.refuse(start.index, Refusal::StartPassed),
+            }
+        }
+    }
+
+    /// Accept what is complete; also called every tick, for segments that waited for room.
+    pub(crate) fn accept_segments(&mut self) {
+        self.accept_segments_at(self.now_us);
+    }
+
+    fn accept_segments_at(&mut self, now_us: u64) {
+        if !self.supervisor.accepts_motion() {
+            return;
+        }
+        let limits = self.motion_limits();
+        while let Some((segment, start_us)) = self.inbox.complete() {
+            match self.motion.accept(segment, start_us, &limits) {
+                Ok(()) => {
+                    self.inbox.take();
+                    self.fed_us = now_us;
+                    self.status_due = true;
+                }
+                Err(Refusal::QueueFull) => {
+                    // It stays; the tick tries again when a slot is free.
+                    return;
+                }
+                Err(refusal) => {
+                    self.inbox.discard();
+                    self.refuse(segment.index, refusal);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn refuse(&mut self, index: u16, refusal: Refusal) {
+        self.reject();
+        self.status_due = true;
+        let detail = (refusal as u32) << 16 | u32::from(index);
+        self.faults.count(fault_code::SEGMENT_REJECTED, detail);
+    }
+
+    fn reject(&mut self) {
+        self.rejected = self.rejected.saturating_add(1);
+    }
+
+    fn parameter_set(&mut self, set: &m::ParameterSet) {
+        let status = if self.supervisor.is_powered() {
+            parameter_status::REFUSED_WHILE_ARMED
+        } else {
+            let result = self.parameters.set(set.identifier, set.value);
+            result.err().map_or(parameter_status::OK, status)
+        };
+        self.answer_parameter(set.identifier, status);
+    }
+
+    /// Answers with the value that holds now, 0 for a parameter that does not exist.
+    fn answer_parameter(&mut self, identifier: u16, status: u8) {
+        self.link.send_urgent(&m::ParameterValue {
+            identifier,
+            value: self.parameters.get(identifier).unwrap_or(0),
+            status,
+        });
+    }
+
+    /// Nothing is stored yet: only the defaults can be had back.
+    fn parameter_command(&mut self, command: u8) {
+        let status = match command {
+            _ if self.supervisor.is_powered() => parameter_status::REFUSED_WHILE_ARMED,
+            parameter_command::DEFAULTS => {
+                self.parameters = Parameters::default();
+                parameter_status::OK
+            }
+            parameter_command::SAVE | parameter_command::LOAD => parameter_status::STORAGE_ERROR,
+            _ => parameter_status::UNKNOWN_PARAMETER,
+        };
+        self.link.send_urgent(&m::ParameterValue {
+            identifier: ALL_PARAMETERS,
+            value: i32::from(command),
+            status,
+        });
+    }
+
+    fn reboot_wanted(&mut self, magic: u32) {
+        if self.supervisor.is_powered() {
+            return;
+        }
+        match magic {
+            RESTART => self.reboot = Some(Reboot::Restart),
+            BOOTLOADER => self.reboot = Some(Reboot::Bootloader),
+            _ => {}
+        }
+    }
+
+    pub(crate) fn motion_limits(&self) -> MotionLimits {
+        let value = |parameter| self.parameters.value(parameter);
+        MotionLimits {
+            travel: Limits {
+                velocity: value(Parameter::MaxTravelVelocity),
+                acceleration: value(Parameter::MaxTravelAcceleration),
+            },
+            heading: Limits {
+                velocity: value(Parameter::MaxHeadingVelocity),
+                acceleration: value(Parameter::MaxHeadingAcceleration),
+            },
+            stop_travel: (
+                value(Parameter::StopTravelAcceleration),
+                value(Parameter::StopTravelJerk),
+            ),
+            stop_heading: (
+                value(Parameter::StopHeadingAcceleration),
+                value(Parameter::StopHeadingJerk),
+            ),
+        }
+    }
+}
+
+fn status(error: ParameterError) -> u8 {
+    match error {
+        ParameterError::Unknown => parameter_status::UNKNOWN_PARAMETER,
+        ParameterError::OutOfRange => parameter_status::OUT_OF_RANGE,
+    }
+}
+
+/// A short decimal number at compile time.
+const fn decimal(text: &str) -> u8 {
+    let mut rest = text.as_bytes();
+    let mut value = 0;
+    while let [digit, tail @ ..] = rest {
+        value = value * 10 + (*digit - b'0');
+        rest = tail;
+    }
+    value
+}

@@ -1,0 +1,343 @@
+//! The core itself: one object that owns every part, and the order of things within a tick.
+
+use rover_protocol::framing::Frame;
+use rover_protocol::messages::{fault_code, State as StateMessage};
+
+use crate::battery::Battery;
+use crate::drive_check::{DriveCheck, Verdict};
+use crate::faults::Faults;
+use crate::guard;
+use crate::indicator::indicate;
+use crate::io::{reset_cause, Identity, Inputs, Outputs, Reboot};
+use crate::link::{Link, OutgoingFrame};
+use crate::log::Log;
+use crate::motion::{Motion, Progress};
+use crate::odometry::{Odometry, WheelGeometry};
+use crate::parameters::{Parameter, Parameters};
+use crate::segment_inbox::SegmentInbox;
+use crate::sonar::Sonar;
+use crate::supervisor::{Action, Event, State, Supervisor};
+use crate::telemetry::Schedule;
+use crate::wheels::{wheel_references, Gains, Wheel, WheelReference};
+
+/// Ticks before the first state that commands can change.
+const BOOT_TICKS: u32 = 10;
+/// A gap between two ticks beyond which the control loop cannot be trusted.
+const LONGEST_GAP_US: u64 = 50_000;
+/// After a stop the motors go off when the wheels are slower than this, or after the time below.
+const STANDING_UM_S: i64 = 15_000;
+const SETTLE_US: u64 = 300_000;
+
+/// Everything that the rover's firmware knows.
+#[derive(Debug)]
+pub struct Core {
+    pub(crate) identity: Identity,
+    pub(crate) parameters: Parameters,
+    pub(crate) link: Link,
+    pub(crate) log: Log,
+    pub(crate) schedule: Schedule,
+    pub(crate) supervisor: Supervisor,
+    pub(crate) faults: Faults,
+    pub(crate) motion: Motion,
+    pub(crate) inbox: SegmentInbox,
+    pub(crate) odometry: Odometry,
+    pub(crate) wheels: [Wheel; 2],
+    pub(crate) drive_check: DriveCheck,
+    pub(crate) sonar: Sonar,
+    pub(crate) battery: Battery,
+    /// A matching Hello has come.
+    pub(crate) handshake: bool,
+    pub(crate) arm_token: u16,
+    pub(crate) keep_alive: Option<u8>,
+    /// When the dead-man was last fed.
+    pub(crate) fed_us: u64,
+    pub(crate) rejected: u16,
+    pub(crate) emergency_input: bool,
+    /// An acknowledgement is owed to the companion.
+    pub(crate) status_due: bool,
+    pub(crate) reboot: Option<Reboot>,
+    pub(crate) now_us: u64,
+    ticks: u32,
+    state_since_us: u64,
+    /// When the jerk-limited stop's reference came to rest.
+    still_since_us: Option<u64>,
+    last_state: StateMessage,
+}
+
+impl Core {
+    /// A rover that was just switched on. The first tick is its moment zero.
+    pub fn new(identity: Identity) -> Self {
+        let mut faults = Faults::default();
+        if identity.reset_cause == reset_cause::WATCHDOG {
+            faults.raise(fault_code::WATCHDOG, 0);
+        }
+        Self {
+            identity,
+            faults,
+            parameters: Parameters::default(),
+            link: Link::default(),
+            log: Log::default(),
+            schedule: Schedule::default(),
+            supervisor: Supervisor::default(),
+            motion: Motion::default(),
+            inbox: SegmentInbox::default(),
+            odometry: Odometry::default(),
+            wheels: [Wheel::default(), Wheel::default()],
+            drive_check: DriveCheck::default(),
+            sonar: Sonar::default(),
+            battery: Battery::default(),
+            handshake: false,
+            arm_token: 0,
+            keep_alive: None,
+            fed_us: 0,
+            rejected: 0,
+            emergency_input: false,
+            status_due: false,
+            reboot: None,
+            now_us: 0,
+            ticks: 0,
+            state_since_us: 0,
+            still_since_us: None,
+            last_state: StateMessage::default(),
+        }
+    }
+
+    /// Bytes of the serial line, the last of which came in at `now_us`.
+    pub fn receive(&mut self, bytes: &[u8], now_us: u64) {
+        for byte in bytes {
+            if let Some(frame) = self.link.push(*byte) {
+                self.receive_message(&frame, now_us);
+            }
+        }
+    }
+
+    /// A frame of the CAN bus that came in at `now_us`.
+    pub fn receive_frame(&mut self, identifier: u16, payload: &[u8], now_us: u64) {
+        self.link.count_bus_frame();
+        self.command(identifier, payload, now_us);
+    }
+
+    fn receive_message(&mut self, frame: &Frame, now_us: u64) {
+        self.command(frame.identifier, frame.payload(), now_us);
+    }
+
+    /// Fill `out` with bytes for the serial line; returns how many. Ask only for what the wire takes now: what
+    /// waits here can still be overtaken by something urgent.
+    pub fn transmit(&mut self, out: &mut [u8]) -> usize {
+        self.link.transmit(out)
+    }
+
+    /// The next frame for the CAN bus. Use this or [`Core::transmit`], not both: a frame goes out once.
+    pub fn transmit_frame(&mut self) -> Option<OutgoingFrame> {
+        self.link.next_frame()
+    }
+
+    /// The board's receive buffer ran over and lost bytes.
+    pub fn note_receive_overflow(&mut self) {
+        self.faults.count(fault_code::RECEIVE_OVERFLOW, 0);
+    }
+
+    /// A restart that was asked for and allowed. The board carries it out.
+    pub fn take_reboot(&mut self) -> Option<Reboot> {
+        self.reboot.take()
+    }
+
+    /// One millisecond.
+    pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
+        let gap_us = inputs.now_us.saturating_sub(self.now_us);
+        self.now_us = self.now_us.max(inputs.now_us);
+        self.link.set_time(self.now_us);
+        self.ticks = self.ticks.saturating_add(1);
+        if self.ticks == BOOT_TICKS {
+            self.raise(Event::BootDone, 0);
+            self.log.line("rover firmware ready");
+        }
+        if gap_us > LONGEST_GAP_US && self.ticks > 1 {
+            self.raise(Event::Internal, 1);
+        }
+        let (steps, sonar_trigger) = self.sense(inputs);
+        self.watch(inputs);
+        self.accept_segments();
+        self.advance_motion();
+        self.drive(steps);
+        self.report();
+        let powered = self.supervisor.is_powered();
+        let [left, right] = &self.wheels;
+        let (led, buzzer) = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
+        Outputs {
+            duty_left: if powered { left.duty() } else { 0 },
+            duty_right: if powered { right.duty() } else { 0 },
+            powered,
+            sonar_trigger,
+            led,
+            buzzer,
+        }
+    }
+
+    /// Measurements: battery, encoders, sonar. Returns the encoders' steps and the sensor to ping.
+    fn sense(&mut self, inputs: &Inputs) -> ([i32; 2], Option<u8>) {
+        let p = &self.parameters;
+        let low_after_us = p.value(Parameter::LowVoltageMs).unsigned_abs() * 1000;
+        let limit_mv = p.value(Parameter::LowVoltageMv);
+        self.battery
+            .tick(self.now_us, inputs.battery_mv, limit_mv, low_after_us);
+        let geometry = WheelGeometry {
+            count_pm: [
+                p.value(Parameter::CountLeftPm),
+                p.value(Parameter::CountRightPm),
+            ],
+            track_um: p.value(Parameter::TrackUm),
+        };
+        let counts = [inputs.encoder_left, inputs.encoder_right];
+        let steps = self.odometry.update(counts, &geometry);
+        for (wheel, way_nm) in self.wheels.iter_mut().zip(self.odometry.way_nm()) {
+            wheel.measure(way_nm);
+        }
+        let slot_us = p.value(Parameter::SonarSlotMs).unsigned_abs() * 1000;
+        let sound = p.value(Parameter::SoundSpeed);
+        let (trigger, ranging) = self.sonar.tick(self.now_us, inputs.sonar, slot_us, sound);
+        if let Some(ranging) = ranging {
+            self.report_ranging(&ranging);
+        }
+        (steps, trigger)
+    }
+
+    /// Everything that may end a drive, apart from the drive itself.
+    fn watch(&mut self, inputs: &Inputs) {
+        self.emergency_input = inputs.emergency_stop;
+        if inputs.emergency_stop {
+            self.raise(Event::EmergencyInput, 0);
+        }
+        let low = self.battery.is_low();
+        let voltage = u32::from(self.battery.voltage_mv());
+        self.faults.set(fault_code::LOW_BATTERY, low, voltage);
+        if low {
+            self.raise(Event::LowBattery, 0);
+        }
+        let dead = self.sonar.dead();
+        let sensor = u32::from(dead.unwrap_or(0));
+        self.faults
+            .set(fault_code::SONAR_DEAD, dead.is_some(), sensor);
+        if !self.supervisor.accepts_motion() {
+            return;
+        }
+        let patience_us = self.parameters.value(Parameter::DeadManMs).unsigned_abs() * 1000;
+        if self.now_us.saturating_sub(self.fed_us) > patience_us {
+            self.faults.raise(fault_code::DEAD_MAN, 0);
+            self.raise(Event::DeadMan, 0);
+        }
+        let velocity = self.motion.reference().travel.velocity_micro();
+        if let Some(sensor) = guard::too_near(&self.sonar, velocity, &self.parameters) {
+            if self.supervisor.state() == State::Moving {
+                let range = u32::from(self.sonar.range_mm(usize::from(sensor)));
+                let detail = range << 8 | u32::from(sensor);
+                self.faults.raise(fault_code::SONAR_GUARD, detail);
+                self.raise(Event::SonarGuard, sensor);
+            }
+        }
+    }
+
+    /// Advance the reference to this tick and tell the supervisor what came of it.
+    fn advance_motion(&mut self) {
+        let progress = self.motion.advance(self.now_us);
+        match (self.supervisor.state(), progress) {
+            // A run may begin and end within one tick: then nothing was seen of it.
+            (State::Armed, Progress::Running) => self.raise(Event::RunStarted, 0),
+            (State::Armed | State::Moving, Progress::Underrun) => {
+                self.raise(Event::RunStarted, 0);
+                self.faults
+                    .raise(fault_code::UNDERRUN, u32::from(self.motion.executing()));
+                self.raise(Event::Underrun, 0);
+            }
+            (State::Moving, Progress::Idle) => self.raise(Event::RunEnded, 0),
+            (State::Retiring | State::Stopping, Progress::Idle) => self.settle(),
+            _ => {}
+        }
+    }
+
+    /// The stop's reference stands; the motors go off when the wheels do.
+    fn settle(&mut self) {
+        let since_us = *self.still_since_us.get_or_insert(self.now_us);
+        let standing = self
+            .wheels
+            .iter()
+            .all(|wheel| wheel.velocity_um_s().abs() < STANDING_UM_S);
+        if standing || self.now_us.saturating_sub(since_us) >= SETTLE_US {
+            self.raise(Event::Stopped, 0);
+        }
+    }
+
+    /// Wheel control, and whether the wheels follow it.
+    fn drive(&mut self, steps: [i32; 2]) {
+        if !self.supervisor.is_powered() {
+            return;
+        }
+        let references = self.wheel_references();
+        let gains = Gains::new(&self.parameters, self.battery.voltage_mv());
+        for (wheel, reference) in self.wheels.iter_mut().zip(&references) {
+            wheel.control(reference, &gains);
+        }
+        match self.drive_check.tick(steps, &self.wheels, &self.parameters) {
+            Verdict::Good => {}
+            Verdict::Stall(wheel) => {
+                self.faults.raise(fault_code::STALL, u32::from(wheel));
+                self.raise(Event::Stall, wheel);
+            }
+            Verdict::Encoder(wheel) => {
+                self.faults.raise(fault_code::ENCODER_LEFT + (wheel & 1), 0);
+                self.raise(Event::EncoderFault, wheel);
+            }
+        }
+    }
+
+    fn wheel_references(&self) -> [WheelReference; 2] {
+        wheel_references(
+            self.motion.reference(),
+            self.parameters.value(Parameter::TrackUm),
+        )
+    }
+
+    /// Put an event to the supervisor and carry out what its table says.
+    pub(crate) fn raise(&mut self, event: Event, detail: u8) {
+        let before = self.supervisor.state();
+        match self.supervisor.handle(event, detail) {
+            Action::Nothing => {}
+            Action::Cut => {
+                self.motion.cut();
+                self.inbox.flush();
+                self.wheels.iter_mut().for_each(Wheel::release);
+            }
+            Action::Brake => {
+                self.motion.stop(&self.motion_limits());
+                self.inbox.flush();
+                self.still_since_us = None;
+            }
+            Action::PowerOn => self.power_on(),
+        }
+        if self.supervisor.state() != before {
+            self.state_since_us = self.now_us;
+        }
+    }
+
+    fn power_on(&mut self) {
+        self.motion.cut();
+        self.inbox.flush();
+        let references = self.wheel_references();
+        for (wheel, reference) in self.wheels.iter_mut().zip(&references) {
+            wheel.reset(reference);
+        }
+        self.drive_check.reset();
+        self.faults.armed();
+        self.fed_us = self.now_us;
+    }
+
+    /// Telemetry of this tick; State at once when anything in it has changed.
+    fn report(&mut self) {
+        let state = self.state_message();
+        if state != self.last_state {
+            self.last_state = state;
+            self.link.send_urgent(&state);
+        }
+        self.send_reports();
+    }
+}

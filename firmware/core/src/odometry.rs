@@ -1,0 +1,150 @@
+//! Dead reckoning from the encoders, in integers: heading from the difference of the wheels' whole ways, so that it
+//! never drifts by rounding, and position by the chord of every tick.
+
+use crate::trigonometry::{sine_cosine, ONE};
+
+/// Sizes that turn counts into ways.
+#[derive(Clone, Copy, Debug)]
+pub struct WheelGeometry {
+    /// pm per count.
+    pub count_pm: [i64; 2],
+    pub track_um: i64,
+}
+
+/// Pose since boot.
+#[derive(Clone, Debug, Default)]
+pub struct Odometry {
+    last_counts: Option<[i32; 2]>,
+    /// Cumulative counts, unwrapped.
+    counts: [i64; 2],
+    /// Cumulative way of each wheel in pm.
+    way_pm: [i64; 2],
+    x_pm: i64,
+    y_pm: i64,
+    heading_urad: i64,
+}
+
+impl Odometry {
+    /// Take the encoders' counts (left, right; they wrap). Returns the counts since the last call.
+    pub fn update(&mut self, counts: [i32; 2], geometry: &WheelGeometry) -> [i32; 2] {
+        let last = self.last_counts.replace(counts).unwrap_or(counts);
+        let [left, right] = counts;
+        let steps = [left.wrapping_sub(last[0]), right.wrapping_sub(last[1])];
+        if steps == [0, 0] {
+            return steps;
+        }
+        let mut ways = [0; 2];
+        for (i, way) in ways.iter_mut().enumerate() {
+            let step = steps.get(i).copied().map_or(0, i64::from);
+            *way = step * geometry.count_pm.get(i).copied().unwrap_or(0);
+            if let (Some(count), Some(sum)) = (self.counts.get_mut(i), self.way_pm.get_mut(i)) {
+                *count = count.wrapping_add(step);
+                *sum = sum.wrapping_add(*way);
+            }
+        }
+        let before = self.heading_urad;
+        // pm / um = urad.
+        let [left_pm, right_pm] = self.way_pm;
+        let difference = right_pm.wrapping_sub(left_pm);
+        self.heading_urad = difference.checked_div(geometry.track_um).unwrap_or(0);
+        let middle = before.wrapping_add(self.heading_urad) / 2;
+        let (sine, cosine) = sine_cosine(middle);
+        let chord = (ways[0] + ways[1]) / 2;
+        self.x_pm = self.x_pm.wrapping_add(scale(chord, cosine));
+        self.y_pm = self.y_pm.wrapping_add(scale(chord, sine));
+        steps
+    }
+
+    /// Cumulative counts, left and right.
+    pub fn counts(&self) -> [i64; 2] {
+        self.counts
+    }
+
+    /// Cumulative way of each wheel in nm.
+    pub fn way_nm(&self) -> [i64; 2] {
+        self.way_pm.map(|way| way / 1000)
+    }
+
+    /// x and y in units of 10 um.
+    pub fn position_10um(&self) -> [i32; 2] {
+        [self.x_pm, self.y_pm].map(|pm| saturate(pm / 10_000_000))
+    }
+
+    /// Unwrapped.
+    pub fn heading_urad(&self) -> i32 {
+        saturate(self.heading_urad)
+    }
+}
+
+/// `length` times a Q30 factor; a way of many metres in one tick (a faulty encoder) is cut off.
+fn scale(length_pm: i64, factor: i64) -> i64 {
+    let bound = i64::MAX / ONE / 2;
+    (length_pm.clamp(-bound, bound) * factor) >> 30
+}
+
+fn saturate(value: i64) -> i32 {
+    value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GEOMETRY: WheelGeometry = WheelGeometry {
+        count_pm: [130_899_694, 130_899_694],
+        track_um: 200_000,
+    };
+
+    /// The same dead reckoning in floating point.
+    fn reference(path: &[[i32; 2]]) -> (f64, f64, f64) {
+        let (mut x, mut y, mut heading) = (0.0, 0.0, 0.0_f64);
+        for pair in path.windows(2) {
+            let metres = |i: usize| f64::from(pair[1][i] - pair[0][i]) * 130.899_694e-6;
+            let turn = (metres(1) - metres(0)) / 0.2;
+            let (chord, middle) = ((metres(0) + metres(1)) / 2.0, heading + turn / 2.0);
+            x += chord * middle.cos();
+            y += chord * middle.sin();
+            heading += turn;
+        }
+        (x, y, heading)
+    }
+
+    #[test]
+    fn agrees_with_floating_point_over_a_long_winding_way() {
+        let (mut left, mut right) = (0_i32, 0_i32);
+        let mut path = vec![[0, 0]];
+        for tick in 0..600_000_i32 {
+            let turn = (f64::from(tick) / 5_000.0).sin();
+            left += i32::from((tick * 7) % 10 < 4) * 4 - i32::from(turn > 0.3);
+            right += i32::from((tick * 7) % 10 < 4) * 4 - i32::from(turn < -0.35);
+            path.push([left, right]);
+        }
+        let mut odometry = Odometry::default();
+        for counts in &path {
+            odometry.update(*counts, &GEOMETRY);
+        }
+        let (x, y, heading) = reference(&path);
+        let [x_int, y_int] = odometry.position_10um();
+        assert!((f64::from(odometry.heading_urad()) / 1e6 - heading).abs() < 3e-6);
+        assert!((f64::from(x_int) / 1e5 - x).abs() < 3e-4, "{x_int} {x}");
+        assert!((f64::from(y_int) / 1e5 - y).abs() < 3e-4, "{y_int} {y}");
+    }
+
+    #[test]
+    fn counts_may_wrap() {
+        let mut odometry = Odometry::default();
+        odometry.update([i32::MAX - 5, i32::MIN + 5], &GEOMETRY);
+        odometry.update([i32::MIN + 4, i32::MIN + 15], &GEOMETRY);
+        assert_eq!(odometry.counts(), [10, 10]);
+        assert_eq!(odometry.heading_urad(), 0);
+        assert_eq!(odometry.position_10um(), [130, 0]);
+    }
+
+    #[test]
+    fn an_absurd_jump_does_not_panic() {
+        let mut odometry = Odometry::default();
+        for counts in [[0, 0], [i32::MAX, i32::MIN], [-1, 1], [i32::MIN, i32::MAX]] {
+            odometry.update(counts, &GEOMETRY);
+        }
+    }
+}

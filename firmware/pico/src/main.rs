@@ -1,0 +1,94 @@
+//! The rover's microcontroller, an RP2040: pins and peripherals around `rover_core`, and nothing else.
+//!
+//! Three levels, each preempting the next: interrupts with the edges of sonars and emergency stop, the control loop at 1 kHz
+//! (`control`), and the thread executor with the link and the battery. The core belongs to the control loop alone;
+//! everything else reaches it through queues, so there are no locks.
+
+#![no_std]
+#![no_main]
+
+mod battery;
+mod control;
+mod emergency;
+mod encoders;
+mod life;
+mod link;
+mod motors;
+mod pins;
+mod reset;
+mod sonar;
+
+use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
+use embassy_rp::interrupt;
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use embassy_rp::watchdog::Watchdog;
+use rover_core::{Core, Identity};
+use rover_protocol::messages::hello_reply_board;
+use static_cell::StaticCell;
+
+/// First 32 bits of the commit, from the build script.
+const GIT_HASH: u32 = match u32::from_str_radix(env!("ROVER_GIT_HASH"), 16) {
+    Ok(hash) => hash,
+    Err(_) => 0,
+};
+
+static EDGES: InterruptExecutor = InterruptExecutor::new();
+static CONTROL: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+unsafe fn SWI_IRQ_0() {
+    EDGES.on_interrupt()
+}
+
+#[interrupt]
+unsafe fn SWI_IRQ_1() {
+    CONTROL.on_interrupt()
+}
+
+/// A task is spawned once, at the start, so there is always room for it.
+fn once<S>(token: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
+    match token {
+        Ok(token) => token,
+        Err(_) => unreachable!("task spawned twice"),
+    }
+}
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let board = pins::Board::new(embassy_rp::init(Default::default()));
+    let watchdog = Watchdog::new(board.watchdog);
+    let identity = Identity {
+        board: hello_reply_board::RP2040,
+        git_hash: GIT_HASH,
+        reset_cause: reset::cause(&watchdog),
+    };
+
+    // The core must not see an empty battery at its first tick.
+    let mut battery = battery::Battery::new(board.battery);
+    battery.measure().await;
+    spawner.spawn(once(battery::run(battery)));
+
+    let (tx, rx) = link::open(board.link);
+    spawner.spawn(once(link::receive(rx)));
+    spawner.spawn(once(link::transmit(tx)));
+
+    // The timer and the UART stay at P0.
+    interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_0.set_priority(Priority::P1);
+    let edges = EDGES.start(interrupt::SWI_IRQ_0);
+    edges.spawn(once(emergency::run(board.emergency_stop)));
+    edges.spawn(once(sonar::run(board.sonars)));
+
+    static CORE: StaticCell<Core> = StaticCell::new();
+    let hardware = control::Hardware {
+        encoders: encoders::Encoders::new(board.encoders),
+        motors: motors::Motors::new(board.motors),
+        panel: board.panel,
+    };
+    interrupt::SWI_IRQ_1.set_priority(Priority::P2);
+    CONTROL
+        .start(interrupt::SWI_IRQ_1)
+        .spawn(once(control::run(CORE.init(Core::new(identity)), hardware)));
+
+    spawner.spawn(once(life::run(watchdog)));
+}

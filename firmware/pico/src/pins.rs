@@ -1,0 +1,151 @@
+//! What is wired to which pin of a Raspberry Pi Pico. docs/hardware.md mirrors this file.
+//!
+//! GP16 to GP19 are left free for SPI.
+
+use embassy_rp::gpio::{Input, Level, Output, Pull};
+use embassy_rp::peripherals::{
+    ADC, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO0, PWM_SLICE3, UART0,
+    WATCHDOG,
+};
+use embassy_rp::{Peri, Peripherals};
+
+/// Baud rate of the serial link.
+pub const BAUD: u32 = 230_400;
+
+/// STBY of the TB6612, as a bit of the GPIO registers, for what must work without owning the pin.
+pub const STANDBY_MASK: u32 = 1 << 12;
+/// As for STBY.
+pub const EMERGENCY_STOP_MASK: u32 = 1 << 28;
+
+/// Battery voltage over the voltage at the pin: 20 kOhm above 10 kOhm.
+pub const BATTERY_DIVIDER: u32 = 3;
+/// Reference of the analogue-digital converter, in mV.
+pub const ADC_REFERENCE_MV: u32 = 3_300;
+
+/// +1 when channel A leads B while the wheel drives the rover forwards, else -1. The motors face each other.
+pub const LEFT_ENCODER_SIGN: i32 = 1;
+/// As for the left one.
+pub const RIGHT_ENCODER_SIGN: i32 = 1;
+
+/// Serial link to the companion.
+pub struct LinkPins {
+    pub uart: Peri<'static, UART0>,
+    /// To the companion's RX.
+    pub tx: Peri<'static, PIN_0>,
+    /// From the companion's TX.
+    pub rx: Peri<'static, PIN_1>,
+}
+
+/// Quadrature encoders, pulled up. A and B of each are neighbours, as the PIO reads both at once.
+pub struct EncoderPins {
+    pub pio: Peri<'static, PIO0>,
+    pub left_a: Peri<'static, PIN_2>,
+    pub left_b: Peri<'static, PIN_3>,
+    pub right_a: Peri<'static, PIN_4>,
+    pub right_b: Peri<'static, PIN_5>,
+}
+
+/// H-bridge TB6612FNG. PWMA and PWMB are the two channels of one PWM slice.
+pub struct MotorPins {
+    pub slice: Peri<'static, PWM_SLICE3>,
+    pub left_pwm: Peri<'static, PIN_6>,
+    pub right_pwm: Peri<'static, PIN_7>,
+    /// AIN1, GP8.
+    pub left_in1: Output<'static>,
+    /// AIN2, GP9.
+    pub left_in2: Output<'static>,
+    /// BIN1, GP10.
+    pub right_in1: Output<'static>,
+    /// BIN2, GP11.
+    pub right_in2: Output<'static>,
+    /// STBY, GP12.
+    pub standby: Output<'static>,
+}
+
+/// One HC-SR04; its 5 V echo comes through a divider.
+pub struct SonarPins {
+    pub trigger: Output<'static>,
+    pub echo: Input<'static>,
+}
+
+/// Battery voltage through [`BATTERY_DIVIDER`].
+pub struct BatteryPins {
+    pub adc: Peri<'static, ADC>,
+    pub voltage: Peri<'static, PIN_26>,
+}
+
+/// What the operator sees and hears.
+pub struct PanelPins {
+    /// On the board, GP25.
+    pub led: Output<'static>,
+    /// Active buzzer through a transistor, GP22.
+    pub buzzer: Output<'static>,
+}
+
+/// Everything that is wired.
+pub struct Board {
+    pub link: LinkPins,
+    pub encoders: EncoderPins,
+    pub motors: MotorPins,
+    /// Left, centre, right: GP13 and GP20, GP14 and GP21, GP15 and GP27.
+    pub sonars: [SonarPins; 3],
+    pub battery: BatteryPins,
+    pub panel: PanelPins,
+    /// Normally closed switch to ground, GP28: a broken wire stops the rover.
+    pub emergency_stop: Input<'static>,
+    pub watchdog: Peri<'static, WATCHDOG>,
+}
+
+impl Board {
+    /// Hand out the peripherals; outputs start low, so that motors and buzzer are off.
+    pub fn new(p: Peripherals) -> Self {
+        Self {
+            link: LinkPins {
+                uart: p.UART0,
+                tx: p.PIN_0,
+                rx: p.PIN_1,
+            },
+            encoders: EncoderPins {
+                pio: p.PIO0,
+                left_a: p.PIN_2,
+                left_b: p.PIN_3,
+                right_a: p.PIN_4,
+                right_b: p.PIN_5,
+            },
+            motors: MotorPins {
+                slice: p.PWM_SLICE3,
+                left_pwm: p.PIN_6,
+                right_pwm: p.PIN_7,
+                left_in1: Output::new(p.PIN_8, Level::Low),
+                left_in2: Output::new(p.PIN_9, Level::Low),
+                right_in1: Output::new(p.PIN_10, Level::Low),
+                right_in2: Output::new(p.PIN_11, Level::Low),
+                standby: Output::new(p.PIN_12, Level::Low),
+            },
+            sonars: [
+                SonarPins {
+                    trigger: Output::new(p.PIN_13, Level::Low),
+                    echo: Input::new(p.PIN_20, Pull::Down),
+                },
+                SonarPins {
+                    trigger: Output::new(p.PIN_14, Level::Low),
+                    echo: Input::new(p.PIN_21, Pull::Down),
+                },
+                SonarPins {
+                    trigger: Output::new(p.PIN_15, Level::Low),
+                    echo: Input::new(p.PIN_27, Pull::Down),
+                },
+            ],
+            battery: BatteryPins {
+                adc: p.ADC,
+                voltage: p.PIN_26,
+            },
+            panel: PanelPins {
+                led: Output::new(p.PIN_25, Level::Low),
+                buzzer: Output::new(p.PIN_22, Level::Low),
+            },
+            emergency_stop: Input::new(p.PIN_28, Pull::Up),
+            watchdog: p.WATCHDOG,
+        }
+    }
+}

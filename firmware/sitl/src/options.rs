@@ -1,0 +1,93 @@
+//! The command line of `rover-sitl`.
+
+use std::os::fd::RawFd;
+
+pub const USAGE: &str = "\
+usage: rover-sitl --serial-fd N [--baud 230400] [--git-hash HEX]
+
+Runs the rover's firmware in virtual time: one 40-byte request on stdin is one millisecond, answered by one
+16-byte reply on stdout. N is an open descriptor of the serial line (a pty's master or a socket).
+Ends when stdin ends.";
+
+/// What the process was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    pub serial: RawFd,
+    /// Bits per second; ten of them carry a byte.
+    pub baud: u32,
+    pub git_hash: u32,
+}
+
+impl Options {
+    /// Parse the arguments after the program's name. `built_hash` is the commit the program was built from, if known.
+    pub fn parse(
+        arguments: impl Iterator<Item = String>,
+        built_hash: Option<&str>,
+    ) -> Result<Self, String> {
+        let mut arguments = arguments;
+        let mut serial = None;
+        let mut baud = 230_400;
+        let mut git_hash = built_hash.map_or(Ok(0), parse_hash)?;
+        while let Some(name) = arguments.next() {
+            let value = arguments
+                .next()
+                .ok_or_else(|| format!("{name} needs a value"))?;
+            let number = |low: u32| match value.parse::<u32>() {
+                Ok(number) if number >= low => Ok(number),
+                _ => Err(format!("{name}: {value} is not a number from {low} up")),
+            };
+            match name.as_str() {
+                "--serial-fd" => serial = Some(number(0)? as RawFd),
+                "--baud" => baud = number(1200)?,
+                "--git-hash" => git_hash = parse_hash(&value)?,
+                _ => return Err(format!("{name} is not known")),
+            }
+        }
+        match serial {
+            Some(serial @ 0..=1) => Err(format!("--serial-fd: {serial} carries the ticks")),
+            Some(serial) if serial >= 2 => Ok(Self {
+                serial,
+                baud,
+                git_hash,
+            }),
+            _ => Err("--serial-fd is missing".into()),
+        }
+    }
+}
+
+/// First 32 bits of a commit given as at least 8 hexadecimal digits.
+fn parse_hash(text: &str) -> Result<u32, String> {
+    text.get(..8)
+        .and_then(|digits| u32::from_str_radix(digits, 16).ok())
+        .ok_or_else(|| format!("{text} is not a commit: at least 8 hexadecimal digits"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<Options, String> {
+        Options::parse(line.split_whitespace().map(String::from), None)
+    }
+
+    #[test]
+    fn the_serial_line_is_needed_and_the_rest_has_defaults() {
+        assert_eq!(
+            parse("--serial-fd 5"),
+            Ok(Options {
+                serial: 5,
+                baud: 230_400,
+                git_hash: 0
+            })
+        );
+        assert!(parse("").is_err());
+        assert!(parse("--serial-fd 1").is_err());
+    }
+
+    #[test]
+    fn a_commit_is_cut_to_its_first_32_bits() {
+        let options = parse("--serial-fd 5 --git-hash deadbeef0123 --baud 115200").unwrap();
+        assert_eq!((options.git_hash, options.baud), (0xdead_beef, 115_200));
+        assert!(parse("--serial-fd 5 --git-hash xyz").is_err());
+    }
+}

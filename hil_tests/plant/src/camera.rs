@@ -1,0 +1,162 @@
+//! The thermal camera: rays through the lens to the ground, and what the sensor makes of their temperatures.
+
+use crate::config;
+use crate::pose::Pose;
+use crate::random::Random;
+use crate::terrain::{Point, Terrain};
+
+/// What a ray that meets no ground sees, kelvin.
+const SKY_TEMPERATURE: f32 = 250.0;
+
+/// One picture on its way to the companion.
+pub struct Frame {
+    pub sequence: u64,
+    pub exposure_us: u64,
+    pub delivered_us: u64,
+    /// Taken while the shutter was closed: a repetition of the frame before, without depths.
+    pub ffc: bool,
+    /// Kelvin × 100, row-major.
+    pub counts: Vec<u16>,
+    pub pose: Pose,
+    /// Along the optical axis from the lens to what each pixel saw, metres; infinite for the sky.
+    pub depth: Vec<f32>,
+}
+
+pub struct Camera {
+    config: config::Camera,
+    random: Random,
+    /// Directions of the pixels' rays in base_link.
+    rays: Vec<Point>,
+    vignetting: Vec<f32>,
+    pattern: Vec<f32>,
+    calibrations: u64,
+    sequence: u64,
+    next_exposure_us: u64,
+    last: Vec<u16>,
+}
+
+impl Camera {
+    pub fn new(config: &config::Camera, seed: u64) -> Self {
+        let (width, height) = (config.width, config.height);
+        let mut rays = Vec::with_capacity(width * height);
+        let mut vignetting = Vec::with_capacity(width * height);
+        let corner = ((width * width + height * height) as f64).sqrt() / 2.0;
+        for v in 0..height {
+            for u in 0..width {
+                let optical = [
+                    (u as f64 - config.cx) / config.fx,
+                    (v as f64 - config.cy) / config.fy,
+                    1.0,
+                ];
+                rays.push(std::array::from_fn(|axis| {
+                    (0..3).map(|k| config.rotation[axis][k] * optical[k]).sum()
+                }));
+                let radius = (u as f64 - config.cx).hypot(v as f64 - config.cy) / corner;
+                vignetting.push((-config.vignetting * radius * radius) as f32);
+            }
+        }
+        let mut camera = Self {
+            config: config.clone(),
+            random: Random::stream(seed, "camera"),
+            rays,
+            vignetting,
+            pattern: Vec::new(),
+            calibrations: 0,
+            sequence: 0,
+            next_exposure_us: config.first_exposure_us,
+            last: Vec::new(),
+        };
+        camera.draw_pattern();
+        camera
+    }
+
+    /// Where the lens is, and the heading that its rays are turned by.
+    pub fn eye(&self, pose: Pose) -> Point {
+        let mount = pose.compose(self.config.mount_x, self.config.mount_y, 0.0);
+        [mount.x, mount.y, self.config.mount_z]
+    }
+
+    /// Takes the picture that is due at `now_us`, if any.
+    pub fn poll(&mut self, now_us: u64, pose: Pose, terrain: &Terrain) -> Option<Frame> {
+        if now_us < self.next_exposure_us {
+            return None;
+        }
+        let exposure_us = self.next_exposure_us;
+        self.next_exposure_us += self.config.period_us;
+        self.sequence += 1;
+        let (calibrations, ffc) = self.shutter(exposure_us);
+        if calibrations != self.calibrations {
+            self.calibrations = calibrations;
+            self.draw_pattern();
+        }
+        let mut depth = Vec::new();
+        if !ffc || self.last.is_empty() {
+            (self.last, depth) = self.expose(pose, terrain);
+        }
+        Some(Frame {
+            sequence: self.sequence - 1,
+            exposure_us,
+            delivered_us: exposure_us + self.config.latency_us,
+            ffc,
+            counts: self.last.clone(),
+            pose,
+            depth,
+        })
+    }
+
+    /// How many calibrations have ended by `time_us`, and whether one is going on.
+    fn shutter(&self, time_us: u64) -> (u64, bool) {
+        let Some(since) = time_us.checked_sub(self.config.ffc_first_us) else {
+            return (0, false);
+        };
+        let begun = since / self.config.ffc_period_us;
+        let ffc = since % self.config.ffc_period_us < self.config.ffc_duration_us;
+        (if ffc { begun } else { begun + 1 }, ffc)
+    }
+
+    /// A shutter calibration leaves a new residual pattern.
+    fn draw_pattern(&mut self) {
+        let (width, height) = (self.config.width, self.config.height);
+        let random = &mut self.random;
+        let mut draw = |count: usize, sigma: f64| -> Vec<f32> {
+            (0..count)
+                .map(|_| random.quick_normal() * sigma as f32)
+                .collect()
+        };
+        let rows = draw(height, self.config.row_pattern);
+        let columns = draw(width, self.config.column_pattern);
+        self.pattern = draw(width * height, self.config.pixel_pattern);
+        for (index, value) in self.pattern.iter_mut().enumerate() {
+            *value += rows[index / width] + columns[index % width];
+        }
+    }
+
+    fn expose(&mut self, pose: Pose, terrain: &Terrain) -> (Vec<u16>, Vec<f32>) {
+        let (mut scene, depth) = self.scene(pose, terrain);
+        let netd = self.config.netd as f32;
+        for (index, kelvin) in scene.iter_mut().enumerate() {
+            *kelvin +=
+                self.vignetting[index] + self.pattern[index] + netd * self.random.quick_normal();
+        }
+        let count = |kelvin: &f32| (kelvin * 100.0 + 0.5).clamp(0.0, 65_535.0) as i32 as u16;
+        (scene.iter().map(count).collect(), depth)
+    }
+
+    /// What a perfect sensor would see from `pose`, row-major: temperatures in kelvin, and depths as in `Frame`.
+    pub fn scene(&self, pose: Pose, terrain: &Terrain) -> (Vec<f32>, Vec<f32>) {
+        let eye = self.eye(pose);
+        let (sine, cosine) = pose.heading.sin_cos();
+        let see = |ray: &Point| {
+            let (x, y) = (
+                cosine * ray[0] - sine * ray[1],
+                sine * ray[0] + cosine * ray[1],
+            );
+            // Rays are one long along the optical axis: the parameter of the hit is the depth.
+            let (depth, kelvin) = terrain
+                .look(eye, [x, y, ray[2]])
+                .unwrap_or((f32::INFINITY, SKY_TEMPERATURE));
+            (kelvin, depth)
+        };
+        self.rays.iter().map(see).unzip()
+    }
+}

@@ -1,0 +1,92 @@
+//! What really happened: contacts, clearance, and ground driven on before it was seen. Knows only the truth.
+
+use crate::config::Config;
+use crate::obstacle::{obstacle_clearance, wall_clearance, Obstacle};
+use crate::pose::Pose;
+use crate::survey::Survey;
+
+/// Contact patch of a wheel: length along the rover, width across, metres.
+const PATCH: (f64, f64) = (0.06, 0.025);
+/// The ball caster behind the wheels: distance behind base_link, and radius of its contact, metres.
+const CASTER: (f64, f64) = (0.10, 0.012);
+/// A contact is over when there is this much room again, metres.
+const RELEASE: f64 = 0.005;
+/// Closer than this counts as touching: the plant keeps the two exactly apart while they press.
+const TOUCH: f64 = 1e-4;
+
+pub struct Referee {
+    area: (f64, f64),
+    radius: f64,
+    half_track: f64,
+    in_contact: bool,
+    pub collisions: u32,
+    pub min_clearance: f64,
+    pub min_wall_clearance: f64,
+    /// (time s, x, y, heading) every 10 ms.
+    pub truth: Vec<[f64; 4]>,
+}
+
+impl Referee {
+    pub fn new(config: &Config) -> Self {
+        Self {
+            area: (config.area_width, config.area_height),
+            radius: config.footprint_radius,
+            half_track: 0.5 * config.drive.track_width,
+            in_contact: false,
+            collisions: 0,
+            min_clearance: f64::INFINITY,
+            min_wall_clearance: f64::INFINITY,
+            truth: Vec::new(),
+        }
+    }
+
+    /// Looks at one moment; called every 10 ms. `blocked`: the plant held the rover back since the last look.
+    pub fn look(
+        &mut self,
+        now_us: u64,
+        pose: Pose,
+        blocked: bool,
+        obstacles: &[Obstacle],
+        survey: &mut Survey,
+    ) {
+        self.truth
+            .push([now_us as f64 * 1e-6, pose.x, pose.y, pose.heading]);
+        let room = obstacle_clearance(pose, self.radius, obstacles);
+        let walls = wall_clearance(pose, self.radius, self.area.0, self.area.1);
+        self.min_clearance = self.min_clearance.min(room);
+        self.min_wall_clearance = self.min_wall_clearance.min(walls);
+        let nearest = room.min(walls);
+        if blocked || nearest <= TOUCH {
+            self.collisions += u32::from(!self.in_contact);
+            self.in_contact = true;
+        } else if nearest > RELEASE {
+            self.in_contact = false;
+        }
+        self.touch_ground(pose, survey);
+    }
+
+    fn touch_ground(&self, pose: Pose, survey: &mut Survey) {
+        let (sine, cosine) = pose.heading.sin_cos();
+        let (half_length, half_width) = (0.5 * PATCH.0, 0.5 * PATCH.1);
+        let reach = half_length.hypot(half_width);
+        for side in [self.half_track, -self.half_track] {
+            let wheel = pose.compose(0.0, side, 0.0);
+            survey.touch(
+                [wheel.x - reach, wheel.y - reach],
+                [wheel.x + reach, wheel.y + reach],
+                |x, y| {
+                    let (dx, dy) = (x - wheel.x, y - wheel.y);
+                    let (along, across) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
+                    along.abs() <= half_length && across.abs() <= half_width
+                },
+            );
+        }
+        let (behind, ball) = CASTER;
+        let caster = pose.compose(-behind, 0.0, 0.0);
+        survey.touch(
+            [caster.x - ball, caster.y - ball],
+            [caster.x + ball, caster.y + ball],
+            |x, y| (x - caster.x).hypot(y - caster.y) <= ball,
+        );
+    }
+}

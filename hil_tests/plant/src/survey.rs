@@ -1,0 +1,193 @@
+//! Which ground the camera has really seen: 1 cm cells, marked from the true pose at the true exposure.
+
+use crate::config;
+use crate::pose::Pose;
+use crate::terrain::{Point, Terrain};
+
+/// Side of a cell, metres.
+pub const CELL: f64 = 0.01;
+/// The raster reaches this far beyond the area, metres.
+const MARGIN: f64 = 0.5;
+/// Ground farther away than this from the camera is not counted as seen, metres.
+const FARTHEST: f64 = 6.0;
+
+/// A cell this much deeper than the pixel's ray went still counts as hit: a pixel covers up to 2 cm of ground, metres.
+const DEPTH_TOLERANCE: f64 = 0.02;
+
+pub struct Survey {
+    camera: config::Camera,
+    area: (f64, f64),
+    columns: usize,
+    rows: usize,
+    seen: Vec<bool>,
+    /// Cells that a wheel has touched unseen: each counts once.
+    touched: Vec<bool>,
+    touched_cells: u64,
+}
+
+impl Survey {
+    pub fn new(config: &config::Config) -> Self {
+        let cells = |size: f64| ((size + 2.0 * MARGIN) / CELL).ceil() as usize;
+        let (columns, rows) = (cells(config.area_width), cells(config.area_height));
+        let mut survey = Self {
+            camera: config.camera.clone(),
+            area: (config.area_width, config.area_height),
+            columns,
+            rows,
+            seen: vec![false; columns * rows],
+            touched: vec![false; columns * rows],
+            touched_cells: 0,
+        };
+        let launch = &config.launch;
+        let r = launch.surveyed_radius;
+        let (low, high) = ([launch.x - r, launch.y - r], [launch.x + r, launch.y + r]);
+        survey.for_cells(low, high, |survey, index, x, y| {
+            survey.seen[index] |= (x - launch.x).hypot(y - launch.y) <= r;
+        });
+        survey
+    }
+
+    /// Columns, rows, and x and y of the raster's lower-left corner.
+    pub fn shape(&self) -> (usize, usize, f64, f64) {
+        (self.columns, self.rows, -MARGIN, -MARGIN)
+    }
+
+    pub fn seen(&self) -> &[bool] {
+        &self.seen
+    }
+
+    /// Area that a wheel touched before it was seen, m².
+    pub fn unseen_touched(&self) -> f64 {
+        self.touched_cells as f64 * CELL * CELL
+    }
+
+    /// Share of the area that has been seen, 0 to 1.
+    pub fn seen_share(&self) -> f64 {
+        let (mut seen, mut all) = (0_u64, 0_u64);
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let (x, y) = centre(column, row);
+                if x > 0.0 && y > 0.0 && x < self.area.0 && y < self.area.1 {
+                    all += 1;
+                    seen += u64::from(self.seen[row * self.columns + column]);
+                }
+            }
+        }
+        seen as f64 / all.max(1) as f64
+    }
+
+    /// Marks every cell that lies in the picture taken from `pose` and is not behind what the pixel's ray has hit.
+    /// `depth`: of every pixel, see `camera::Frame`.
+    pub fn mark(&mut self, eye: Point, pose: Pose, depth: &[f32], terrain: &Terrain) {
+        let (sine, cosine) = pose.heading.sin_cos();
+        let (low, high) = self.reach(eye, sine, cosine, terrain);
+        let camera = self.camera.clone();
+        let (width, height) = (camera.width as f64, camera.height as f64);
+        self.for_cells(low, high, |survey, index, x, y| {
+            if survey.seen[index] {
+                return;
+            }
+            let (dx, dy) = (x - eye[0], y - eye[1]);
+            let z = terrain.height_at(x, y);
+            let base = [cosine * dx + sine * dy, cosine * dy - sine * dx, z - eye[2]];
+            let along = |k: usize| {
+                (0..3)
+                    .map(|axis| camera.rotation[axis][k] * base[axis])
+                    .sum::<f64>()
+            };
+            let range = along(2);
+            if range <= 0.0 {
+                return;
+            }
+            let u = camera.fx * along(0) / range + camera.cx + 0.5;
+            let v = camera.fy * along(1) / range + camera.cy + 0.5;
+            if u >= 0.0 && v >= 0.0 && u < width && v < height {
+                let pixel = v as usize * camera.width + u as usize;
+                survey.seen[index] = range <= f64::from(depth[pixel]) + DEPTH_TOLERANCE;
+            }
+        });
+    }
+
+    /// Counts the cells under a contact patch that were not seen yet; `covers` tells whether a point is under it.
+    pub fn touch(&mut self, low: [f64; 2], high: [f64; 2], covers: impl Fn(f64, f64) -> bool) {
+        self.for_cells(low, high, |survey, index, x, y| {
+            if !survey.seen[index] && !survey.touched[index] && covers(x, y) {
+                survey.touched[index] = true;
+                survey.touched_cells += 1;
+            }
+        });
+    }
+
+    /// Bounding box of the ground that the picture's corners can meet, at the lowest and at the highest ground.
+    fn reach(&self, eye: Point, sine: f64, cosine: f64, terrain: &Terrain) -> ([f64; 2], [f64; 2]) {
+        let camera = &self.camera;
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for corner in 0..4 {
+            let u = if corner & 1 == 0 {
+                -0.5
+            } else {
+                camera.width as f64 - 0.5
+            };
+            let v = if corner & 2 == 0 {
+                -0.5
+            } else {
+                camera.height as f64 - 0.5
+            };
+            let optical = [
+                (u - camera.cx) / camera.fx,
+                (v - camera.cy) / camera.fy,
+                1.0,
+            ];
+            let base: Point = std::array::from_fn(|axis| {
+                (0..3).map(|k| camera.rotation[axis][k] * optical[k]).sum()
+            });
+            let ahead = [
+                cosine * base[0] - sine * base[1],
+                sine * base[0] + cosine * base[1],
+            ];
+            let level = ahead[0].hypot(ahead[1]).max(1e-9);
+            for ground in [terrain.lowest(), terrain.highest()] {
+                let drop = if base[2] < -1e-3 {
+                    (ground - eye[2]) / base[2]
+                } else {
+                    f64::INFINITY
+                };
+                let t = drop.clamp(0.0, FARTHEST / level);
+                for axis in 0..2 {
+                    low[axis] = low[axis].min(eye[axis] + t * ahead[axis]);
+                    high[axis] = high[axis].max(eye[axis] + t * ahead[axis]);
+                }
+            }
+        }
+        (low, high)
+    }
+
+    /// Calls `visit(self, index, x, y)` for the cells whose centres can lie in the box.
+    fn for_cells(
+        &mut self,
+        low: [f64; 2],
+        high: [f64; 2],
+        mut visit: impl FnMut(&mut Self, usize, f64, f64),
+    ) {
+        let cell =
+            |value: f64, size: usize| ((value + MARGIN) / CELL).clamp(0.0, size as f64) as usize;
+        let (first_column, last_column) = (
+            cell(low[0], self.columns),
+            cell(high[0] + CELL, self.columns),
+        );
+        let (first_row, last_row) = (cell(low[1], self.rows), cell(high[1] + CELL, self.rows));
+        for row in first_row..last_row {
+            for column in first_column..last_column {
+                let (x, y) = centre(column, row);
+                visit(self, row * self.columns + column, x, y);
+            }
+        }
+    }
+}
+
+fn centre(column: usize, row: usize) -> (f64, f64) {
+    (
+        (column as f64 + 0.5) * CELL - MARGIN,
+        (row as f64 + 0.5) * CELL - MARGIN,
+    )
+}

@@ -1,0 +1,200 @@
+//! Everything that is simulated, stepped 1 ms at a time; with the firmware in the loop, tick by tick.
+
+use std::io::{Error, ErrorKind, Result};
+
+use crate::battery::Battery;
+use crate::camera::{Camera, Frame};
+use crate::config::Config;
+use crate::drive::{Bridge, Drive};
+use crate::obstacle::{block, Obstacle};
+use crate::pose::Pose;
+use crate::random::Random;
+use crate::referee::Referee;
+use crate::sitl::{Sensors, Sitl};
+use crate::sonar::{Echo, Sonar};
+use crate::survey::Survey;
+use crate::terrain::Terrain;
+use crate::wire::Wire;
+
+/// One tick of the firmware, microseconds.
+pub const TICK_US: u64 = 1000;
+/// The referee looks every so often, microseconds.
+const LOOK_US: u64 = 10_000;
+
+pub struct World {
+    pub now_us: u64,
+    pub pose: Pose,
+    pub battery: Battery,
+    pub drive: Drive,
+    pub sonar: Sonar,
+    pub camera: Camera,
+    pub terrain: Terrain,
+    pub obstacles: Vec<Obstacle>,
+    pub referee: Referee,
+    pub survey: Survey,
+    pub bridge: Bridge,
+    pub emergency_stop: bool,
+    pub led: bool,
+    pub buzzer: bool,
+    /// Pictures exposed, not yet delivered; and delivered, not yet taken by the companion.
+    exposed: Vec<Frame>,
+    pub delivered: Vec<Frame>,
+    config: Config,
+    wire: Wire,
+    adc: Random,
+    sitl: Option<Sitl>,
+    bytes_sent: u64,
+    blocked: bool,
+    blocked_since_look: bool,
+}
+
+impl World {
+    pub fn new(config: Config, terrain: Terrain, obstacles: Vec<Obstacle>) -> Self {
+        let mut world = Self {
+            now_us: 0,
+            pose: Pose {
+                x: config.launch.x,
+                y: config.launch.y,
+                heading: config.launch.heading,
+            },
+            battery: Battery::new(&config.battery),
+            drive: Drive::new(&config.drive, config.seed),
+            sonar: Sonar::new(&config.sonar, config.seed),
+            camera: Camera::new(&config.camera, config.seed),
+            terrain,
+            obstacles,
+            referee: Referee::new(&config),
+            survey: Survey::new(&config),
+            bridge: Bridge::default(),
+            emergency_stop: false,
+            led: false,
+            buzzer: false,
+            exposed: Vec::new(),
+            delivered: Vec::new(),
+            wire: Wire::new(config.baud),
+            adc: Random::stream(config.seed, "battery"),
+            sitl: None,
+            bytes_sent: 0,
+            blocked: false,
+            blocked_since_look: false,
+            config,
+        };
+        world.look();
+        world
+    }
+
+    pub fn attach(&mut self, sitl: Sitl) {
+        self.sitl = Some(sitl);
+    }
+
+    /// One millisecond of physics with the bridge as it is.
+    pub fn step(&mut self) {
+        let dt = TICK_US as f64 * 1e-6;
+        self.now_us += TICK_US;
+        let travel = self
+            .drive
+            .step(self.bridge, self.battery.voltage(), self.blocked, dt);
+        self.battery.step(self.drive.supply_current(), dt);
+        let rolled = self
+            .pose
+            .roll(travel[0], travel[1], self.config.drive.track_width);
+        let (width, height) = (self.config.area_width, self.config.area_height);
+        (self.pose, self.blocked) = block(
+            rolled,
+            self.config.footprint_radius,
+            &self.obstacles,
+            width,
+            height,
+        );
+        self.blocked_since_look |= self.blocked;
+        if self.now_us.is_multiple_of(LOOK_US) {
+            self.look();
+        }
+        if let Some(frame) = self.camera.poll(self.now_us, self.pose, &self.terrain) {
+            self.exposed.push(frame);
+        }
+        while self
+            .exposed
+            .first()
+            .is_some_and(|frame| frame.delivered_us <= self.now_us)
+        {
+            let frame = self.exposed.remove(0);
+            if !frame.ffc {
+                let eye = self.camera.eye(frame.pose);
+                self.survey
+                    .mark(eye, frame.pose, &frame.depth, &self.terrain);
+            }
+            self.delivered.push(frame);
+        }
+    }
+
+    fn look(&mut self) {
+        self.referee.look(
+            self.now_us,
+            self.pose,
+            self.blocked_since_look,
+            &self.obstacles,
+            &mut self.survey,
+        );
+        self.blocked_since_look = false;
+    }
+
+    /// The echo that is back by now, if any.
+    pub fn poll_echo(&mut self) -> Option<Echo> {
+        self.sonar.poll(self.now_us)
+    }
+
+    pub fn trigger_sonar(&mut self, sensor: u8) {
+        self.sonar
+            .trigger(sensor, self.now_us, self.pose, &self.obstacles);
+    }
+
+    /// The battery as the firmware's ADC reads it, millivolts.
+    pub fn measure_battery(&mut self) -> u16 {
+        let noise = self.config.battery.measurement_noise * f64::from(self.adc.quick_normal());
+        ((self.battery.voltage() + noise) * 1000.0)
+            .round()
+            .clamp(0.0, 65_535.0) as u16
+    }
+
+    /// Runs physics and firmware up to `until_us`. `host_bytes` were written by the host at the present time.
+    /// Returns (time µs, total) whenever the firmware's count of sent bytes has changed.
+    pub fn run_until(&mut self, until_us: u64, host_bytes: u64) -> Result<Vec<(u64, u64)>> {
+        let mut sitl = self.sitl.take().ok_or_else(|| {
+            Error::new(
+                ErrorKind::NotConnected,
+                "no rover-sitl attached: call attach_sitl first",
+            )
+        })?;
+        self.wire.write(host_bytes);
+        let mut marks = Vec::new();
+        let result = self.run(&mut sitl, until_us, &mut marks);
+        self.sitl = Some(sitl);
+        result.map(|()| marks)
+    }
+
+    fn run(&mut self, sitl: &mut Sitl, until_us: u64, marks: &mut Vec<(u64, u64)>) -> Result<()> {
+        while self.now_us + TICK_US <= until_us {
+            self.step();
+            let sensors = Sensors {
+                now_us: self.now_us,
+                counts: self.drive.counts(),
+                echo: self.poll_echo(),
+                battery_mv: self.measure_battery(),
+                emergency_stop: self.emergency_stop,
+                host_bytes_due: self.wire.pass(TICK_US),
+            };
+            let actuators = sitl.exchange(&sensors)?;
+            self.bridge = actuators.bridge;
+            (self.led, self.buzzer) = (actuators.led, actuators.buzzer);
+            if let Some(sensor) = actuators.sonar_trigger {
+                self.trigger_sonar(sensor);
+            }
+            if actuators.bytes_sent != self.bytes_sent {
+                self.bytes_sent = actuators.bytes_sent;
+                marks.push((self.now_us, self.bytes_sent));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,76 @@
+"""The firmware's core as a desktop process: where its binary is, how it is started, and its serial wire."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import subprocess
+from pathlib import Path
+
+from rover.errors import PreflightFailed
+
+BUILT = Path(__file__).resolve().parents[2] / "target" / "release" / "rover-sitl"
+
+
+def find_binary() -> Path:
+    """The rover-sitl to run: $ROVER_SITL, or the one that this repository builds. Raises PreflightFailed."""
+    override = os.environ.get("ROVER_SITL")
+    binary = Path(override) if override else BUILT
+    if not os.access(binary, os.X_OK) or binary.is_dir():
+        origin = "from ROVER_SITL" if override else "built by 'make setup'"
+        raise PreflightFailed(f"rover-sitl not found at {binary} ({origin}): run 'make setup'")
+    return binary
+
+
+class FirmwareProcess:
+    """A running rover-sitl. Ticks go over its stdin and stdout, serial bytes over one end of a socket pair.
+
+    The rig stands between that wire and the pty, so that bytes can be counted, held back or spoiled on the way.
+    """
+
+    def __init__(self, binary: Path, baud: int) -> None:
+        self._wire, far_end = socket.socketpair()
+        with far_end:
+            self._process = subprocess.Popen(
+                [str(binary), "--serial-fd", str(far_end.fileno()), "--baud", str(baud)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                pass_fds=(far_end.fileno(),),
+                start_new_session=True,
+            )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self.stdin, self.stdout = self._process.stdin, self._process.stdout
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def send(self, data: bytes) -> None:
+        """Puts bytes on the wire to the firmware; a process that has ended is noticed at its next tick."""
+        with contextlib.suppress(OSError):
+            self._wire.sendall(data)
+
+    def receive(self, count: int, timeout: float = 2.0) -> bytes:
+        """`count` bytes that the firmware says it has sent; fewer when it has ended."""
+        data = bytearray()
+        while len(data) < count and select.select([self._wire], [], [], timeout)[0]:
+            part = self._wire.recv(count - len(data))
+            if not part:
+                break
+            data += part
+        return bytes(data)
+
+    def close(self) -> None:
+        """Ends the process: by the end of its stdin, by force when that is not enough."""
+        for stream in (self.stdin, self.stdout, self._wire):
+            with contextlib.suppress(OSError):
+                stream.close()
+        try:
+            self._process.wait(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()

@@ -1,0 +1,77 @@
+"""From a mission, its ground and a camera to the plant: the configuration that rover_plant reads, and the plant."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from rover.errors import BadInput
+from rover.mission.config import Mission
+from rover.vehicle import Vehicle
+from rover.vision.camera import CameraModel
+from rover_plant import Plant
+
+from rover_hil.ground import Ground
+
+CAMERA_PERIOD_US = 120_000
+CAMERA_LATENCY_US = 60_000
+
+
+def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> dict[str, Any]:
+    """Everything that differs from the plant's nominal rover; see hil_tests/plant/src/config.rs."""
+    vehicle = Vehicle()
+    launch = mission.launch
+    return {
+        "seed": seed,
+        "raster_origin_x": ground.origin_x,
+        "raster_origin_y": ground.origin_y,
+        "raster_resolution": ground.resolution,
+        "area_width": mission.area.width,
+        "area_height": mission.area.height,
+        "launch": {
+            "x": launch.pose.x,
+            "y": launch.pose.y,
+            "heading": launch.pose.heading,
+            "surveyed_radius": launch.surveyed_radius,
+        },
+        "drive": {
+            "track_width": vehicle.track_width,
+            "wheel_radius": vehicle.wheel_radius,
+            "counts_per_revolution": vehicle.counts_per_revolution,
+        },
+        "sonar": {"mounts": [[mount.x, mount.y, mount.yaw] for mount in vehicle.sonars]},
+        "camera": camera_config(camera),
+        "baud": mission.rover.baud,
+        "footprint_radius": vehicle.radius,
+    }
+
+
+def camera_config(camera: CameraModel) -> dict[str, Any]:
+    """The renderer's camera. Raises BadInput for a lens that it cannot draw."""
+    if camera.skew or any(camera.distortion):
+        raise BadInput(f"camera {camera.name}: the simulated camera has no skew and no lens distortion; set both to 0")
+    return {
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        "mount_x": camera.x,
+        "mount_y": camera.y,
+        "mount_z": camera.z,
+        "rotation": camera.base_from_camera.tolist(),
+        "period_us": CAMERA_PERIOD_US,
+        "latency_us": CAMERA_LATENCY_US,
+    }
+
+
+def build_plant(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> Plant:
+    """The plant of a mission; the same arguments give the same bytes."""
+    return Plant(
+        json.dumps(plant_config(mission, ground, camera, seed)),
+        np.ascontiguousarray(ground.temperature, dtype=np.float32),
+        np.ascontiguousarray(ground.height, dtype=np.float32),
+        np.asarray(ground.obstacles, dtype=np.float64).reshape(-1, 4),
+    )

@@ -1,0 +1,115 @@
+"""Sets up a rig for a mission, announces it, serves it, and writes the truth at the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from rover.errors import BadInput
+from rover.mission.config import Mission, load
+from rover.record.tum import write_tum
+from rover.vision.camera_file import load_camera
+
+from rover_hil.ground import Ground, build
+from rover_hil.plant_config import CAMERA_LATENCY_US, CAMERA_PERIOD_US, build_plant
+from rover_hil.referee import judge_mines, judge_zones
+from rover_hil.rig import Rig
+from rover_hil.server import Server
+from rover_hil.sitl import SitlRig
+
+RIGS = ("sitl",)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line says."""
+
+    mission: Path
+    rig: str
+    seed: int
+    control: Path
+    out: Path | None = None
+    data: Path | None = None
+    linger: float = 60.0
+    free_run: bool = False
+
+
+def build_rig(mission: Mission, ground: Ground, name: str, seed: int) -> Rig:
+    """The rig of that name in that field. Raises BadInput, PreflightFailed."""
+    if name not in RIGS:
+        raise BadInput(f"--rig {name}: not known here; there is {', '.join(RIGS)}")
+    model = load_camera(mission.rover.camera)
+    camera = {
+        "name": model.name,
+        "width": model.width,
+        "height": model.height,
+        "period_us": CAMERA_PERIOD_US,
+        "latency_us": CAMERA_LATENCY_US,
+    }
+    return SitlRig(build_plant(mission, ground, model, seed), camera, mission.rover.baud)
+
+
+def verdict_of(
+    rig: Rig, mission: Mission, ground: Ground, zones: list[dict[str, Any]], detections: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """What the referee says of the run, ready for JSON."""
+    truth = rig.truth()
+    area = mission.area.width * mission.area.height
+    return {
+        "duration_s": rig.now_us * 1e-6,
+        **rig.verdict(),
+        **judge_zones(truth, zones),
+        **judge_mines(truth, ground.mines, detections, area),
+    }
+
+
+def write_truth(out: Path, rig: Rig, ground: Ground, seed: int, verdict: dict[str, Any]) -> None:
+    """truth.tum (100 Hz) and truth.json (what lies where, and the verdict) in `out`."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_tum(out / "truth.tum", rig.truth())
+    document = {"rig": rig.name, "seed": seed, **ground.truth(), "verdict": verdict}
+    (out / "truth.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+
+def serve(options: Options) -> None:
+    """Runs a rig until its companion is done. Raises RoverError; SIGTERM ends it in order."""
+    signal.signal(signal.SIGTERM, _end)
+    share_one_core()
+    mission = load(options.mission)
+    ground = build(mission, options.seed, options.data)
+    rig = build_rig(mission, ground, options.rig, options.seed)
+
+    def finish(zones: list[dict[str, Any]], detections: list[dict[str, Any]]) -> dict[str, Any]:
+        verdict = verdict_of(rig, mission, ground, zones, detections)
+        if options.out is not None:
+            write_truth(options.out, rig, ground, options.seed, verdict)
+        return verdict
+
+    try:
+        server = Server(rig, options.control, finish)
+        try:
+            announcement = {"port": rig.port, "control": str(options.control)}
+            sys.stdout.write(json.dumps(announcement) + "\n")
+            sys.stdout.flush()
+            server.run(options.free_run, options.linger)
+        finally:
+            server.close()
+    finally:
+        rig.close()
+
+
+def share_one_core() -> None:
+    """Keeps rig and firmware on one core: they take turns 1000 times a simulated second, and waking another core
+    each time costs more than the work itself."""
+    if hasattr(os, "sched_setaffinity"):
+        cores = sorted(os.sched_getaffinity(0))
+        os.sched_setaffinity(0, {cores[os.getpid() % len(cores)]})
+
+
+def _end(*_: object) -> NoReturn:
+    raise SystemExit(0)

@@ -1,0 +1,70 @@
+"""The rig's life: in lock step while a companion is there, in real time by itself when there is none."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from pathlib import Path
+
+from rover.errors import PreflightFailed
+
+from rover_hil.rig import Rig
+from rover_hil.session import Finish, Session
+
+FREE_STEP = 0.01
+"""Seconds of real time between two steps of a free-running rig."""
+
+
+class Server:
+    """Listens on a unix socket for one companion at a time."""
+
+    def __init__(self, rig: Rig, control: Path, finish: Finish) -> None:
+        self._rig = rig
+        self._control = control
+        self._finish = finish
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            with contextlib.suppress(FileNotFoundError):
+                control.unlink()
+            self._listener.bind(str(control))
+            self._listener.listen(1)
+        except OSError as error:
+            self._listener.close()
+            raise PreflightFailed(f"--control {control}: cannot listen there: {error.strerror or error}") from error
+
+    def run(self, free_run: bool, linger: float) -> None:
+        """Serves until a companion has finished, or has been gone for `linger` seconds. Raises RigFailed.
+
+        Without `free_run` time stands still until the first companion comes.
+        """
+        waiting_since = None
+        if free_run:
+            self._run_free(None)
+        else:
+            select.select([self._listener], [], [])
+        while True:
+            connection, _ = self._listener.accept()
+            with connection:
+                if Session(self._rig, self._finish).serve(connection):
+                    return
+            waiting_since = time.monotonic()
+            if not self._run_free(waiting_since + linger):
+                return
+
+    def _run_free(self, deadline: float | None) -> bool:
+        """Real time until a companion comes (True) or the deadline passes (False)."""
+        real, virtual_us = time.monotonic(), self._rig.now_us
+        while deadline is None or time.monotonic() < deadline:
+            elapsed = time.monotonic() - real
+            self._rig.advance_free(virtual_us + int(elapsed * 1e6))
+            if select.select([self._listener], [], [], FREE_STEP)[0]:
+                return True
+        return False
+
+    def close(self) -> None:
+        """Takes the socket away."""
+        self._listener.close()
+        with contextlib.suppress(OSError):
+            self._control.unlink()

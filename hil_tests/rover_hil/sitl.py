@@ -1,0 +1,108 @@
+"""The `sitl` rig: the firmware's core as a desktop process, the plant around it, a pty towards the companion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rover_plant import Plant
+
+from rover_hil.firmware_process import FirmwareProcess, find_binary
+from rover_hil.pty import PseudoTerminal
+from rover_hil.rig import Advance, Mark, RigFailed, RigFrame
+
+CHUNK_US = 50_000
+"""Firmware bytes are handed on at least this often, so that no buffer on the way fills up."""
+
+HOST_TIMEOUT = 5.0
+"""Seconds to wait for bytes that the companion says it has written."""
+
+
+class SitlRig:
+    """Firmware, plant and port in one virtual time; see `rover_hil.rig.Rig`. Raises PreflightFailed, RigFailed."""
+
+    name = "sitl"
+
+    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int) -> None:
+        self._plant = plant
+        self._camera = camera
+        self._process = FirmwareProcess(find_binary(), baud)
+        plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno())
+        self._pty = PseudoTerminal()
+        self.port = self._pty.name
+        # Totals since the start of the rig, and what they were when the present companion came.
+        self._from_host = self._to_host = 0
+        self._host_base = self._firmware_base = 0
+
+    @property
+    def now_us(self) -> int:
+        """Virtual time, µs."""
+        return self._plant.now_us
+
+    @property
+    def camera(self) -> dict[str, Any]:
+        """Name, width, height, period_us, latency_us."""
+        return self._camera
+
+    @property
+    def firmware_pid(self) -> int:
+        """Process id of rover-sitl."""
+        return self._process.pid
+
+    def begin_session(self) -> None:
+        """The companion that comes now counts from zero; what nobody has read is gone."""
+        if self.now_us > 0:
+            self._pty.drop_unread(limit=0)
+            self._plant.take_frames()
+        self._host_base, self._firmware_base = self._from_host, self._to_host
+
+    def advance(self, to_us: int, host_bytes: int) -> Advance:
+        """Lock step: waits for all the bytes that the companion has written, then runs until `to_us`."""
+        wanted = self._host_base + host_bytes - self._from_host
+        if wanted < 0:
+            raise RigFailed(f"host_bytes went back to {host_bytes}: it counts all bytes since hello")
+        data = self._pty.read_exactly(wanted, HOST_TIMEOUT)
+        if len(data) < wanted:
+            raise RigFailed(f"{self.port}: the companion wrote {host_bytes} bytes, {wanted - len(data)} never came")
+        marks = self._run(to_us, data)
+        frames = tuple(RigFrame(*frame) for frame in self._plant.take_frames())
+        return Advance(self.now_us, tuple((at, total - self._firmware_base) for at, total in marks), frames)
+
+    def advance_free(self, to_us: int) -> None:
+        """Takes what is there, and throws away what nobody reads."""
+        self._run(to_us, self._pty.read(4096))
+        self._plant.take_frames()
+        self._pty.drop_unread()
+
+    def _run(self, to_us: int, data: bytes) -> list[Mark]:
+        self._process.send(data)
+        self._from_host += len(data)
+        marks: list[Mark] = []
+        while self.now_us + 1000 <= to_us:
+            try:
+                marks += self._plant.run_until(min(self.now_us + CHUNK_US, to_us), self._from_host)
+            except ConnectionError as error:
+                raise RigFailed(f"{error} at {self.now_us * 1e-6:.3f} s") from error
+            sent = marks[-1][1] - self._to_host if marks else 0
+            if sent > 0:
+                self._pty.write(self._process.receive(sent))
+                self._to_host += sent
+        return marks
+
+    def set_emergency_stop(self, active: bool) -> None:
+        """Presses or releases the emergency-stop input."""
+        self._plant.set_emergency_stop(active)
+
+    def truth(self) -> NDArray[np.float64]:
+        """True trajectory (n, 4): time s, x, y, heading."""
+        return self._plant.truth()
+
+    def verdict(self) -> dict[str, Any]:
+        """The plant's referee: collisions, clearances, unseen ground."""
+        return self._plant.verdict()
+
+    def close(self) -> None:
+        """Hangs up and ends the firmware."""
+        self._pty.close()
+        self._process.close()

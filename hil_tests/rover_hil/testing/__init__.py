@@ -1,0 +1,1 @@
+"""What tests of the rigs share: plants on chosen ground, and a served rig with a bare client."""

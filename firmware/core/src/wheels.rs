@@ -139,8 +139,11 @@ impl Wheel {
         // Anti-windup: a saturated output only lets the integral come back.
         let saturated = duty.abs() > FULL && duty.signum() == error.signum();
         if !saturated {
-            self.integral = (self.integral + gains.integral * error)
-                .clamp(-gains.integral_limit, gains.integral_limit);
+            // Not clamp: it panics when its bounds are the wrong way round.
+            let integral = self.integral + gains.integral * error;
+            self.integral = integral
+                .min(gains.integral_limit)
+                .max(-gains.integral_limit);
         }
         self.duty = duty.clamp(-FULL, FULL) as i16;
         self.duty

@@ -6,11 +6,13 @@ use embassy_executor::task;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 
-/// A task that has stopped resets the chip after this long at most; the reset makes every pin an input, and the
-/// bridge's pull-downs stop the motors.
-const TIMEOUT: Duration = Duration::from_millis(400);
-/// Every task wakes at least each 50 ms, so it is seen in each second check.
-const CHECK: Duration = Duration::from_millis(60);
+/// A task that has stopped resets the chip after [`TIMEOUT`] and one [`CHECK`] at most: 5 cm at full speed. The reset
+/// makes every pin an input, and the bridge's pull-downs stop the motors.
+const TIMEOUT: Duration = Duration::from_millis(100);
+/// The slowest task, a sonar without an echo, shows life each 43 ms, so in each third check.
+const CHECK: Duration = Duration::from_millis(20);
+/// How long a task may wait for work before it shows life again.
+pub const IDLE: Duration = Duration::from_millis(15);
 
 /// What one task sets and the watchdog clears.
 pub struct Sign(AtomicBool);

@@ -12,7 +12,7 @@ use embassy_rp::uart::{
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::pipe::Pipe;
-use embassy_time::{with_timeout, Duration, Instant};
+use embassy_time::{with_timeout, Instant};
 use embedded_io_async::{Read, Write};
 use static_cell::StaticCell;
 
@@ -56,9 +56,6 @@ pub fn take_overrun() -> bool {
     overrun
 }
 
-/// Wakes without traffic too, to show life.
-const IDLE: Duration = Duration::from_millis(50);
-
 /// Queue bytes, at most [`Pipe::free_capacity`] of [`OUTGOING`].
 pub fn queue(mut bytes: &[u8]) {
     // The pipe takes only what fits in front of its wrap, so it may need two writes.
@@ -95,7 +92,7 @@ pub async fn receive(mut uart: BufferedUartRx) {
     loop {
         life::RECEIVE.show();
         let mut bytes = [0; Chunk::SIZE];
-        match with_timeout(IDLE, uart.read(&mut bytes)).await {
+        match with_timeout(life::IDLE, uart.read(&mut bytes)).await {
             Ok(Ok(length)) => {
                 let time_us = Instant::now().as_micros();
                 RECEIVED
@@ -118,7 +115,7 @@ pub async fn transmit(mut uart: BufferedUartTx) {
     let mut bytes = [0; 32];
     loop {
         life::TRANSMIT.show();
-        if let Ok(length) = with_timeout(IDLE, OUTGOING.read(&mut bytes)).await {
+        if let Ok(length) = with_timeout(life::IDLE, OUTGOING.read(&mut bytes)).await {
             if let Some(sent) = bytes.get(..length) {
                 let Ok(()) = uart.write_all(sent).await else {
                     continue;

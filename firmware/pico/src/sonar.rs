@@ -22,9 +22,6 @@ const TRIGGER_PULSE: Duration = Duration::from_micros(12);
 const RISE_TIMEOUT: Duration = Duration::from_millis(3);
 /// 4 m there and back take 23.5 ms; without an obstacle the line stays high for 38 ms.
 const FALL_TIMEOUT: Duration = Duration::from_millis(25);
-/// Wakes without a trigger too, to show life.
-const IDLE: Duration = Duration::from_millis(50);
-
 /// Width of the echo pulse; 0 when there was none, or the line is stuck, or still high from the ping before.
 async fn ping(sonar: &mut SonarPins) -> u32 {
     if sonar.echo.is_high() {
@@ -53,7 +50,7 @@ async fn ping(sonar: &mut SonarPins) -> u32 {
 pub async fn run(mut sonars: [SonarPins; 3]) {
     loop {
         life::SONAR.show();
-        let Ok(sensor) = with_timeout(IDLE, TRIGGER.wait()).await else {
+        let Ok(sensor) = with_timeout(life::IDLE, TRIGGER.wait()).await else {
             continue;
         };
         let echo_us = match sonars.get_mut(usize::from(sensor)) {

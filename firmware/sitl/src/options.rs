@@ -19,7 +19,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// Parse the arguments after the program's name. `built_hash` is the commit the program was built from, if known.
+    /// Parse the arguments after the program's name. `built_hash` is the commit the program was built from, if known;
+    /// a build that did not know it has hash 0.
     pub fn parse(
         arguments: impl Iterator<Item = String>,
         built_hash: Option<&str>,
@@ -27,7 +28,7 @@ impl Options {
         let mut arguments = arguments;
         let mut serial = None;
         let mut baud = 230_400;
-        let mut git_hash = built_hash.map_or(Ok(0), parse_hash)?;
+        let mut git_hash = built_hash.map_or(0, |hash| parse_hash(hash).unwrap_or(0));
         while let Some(name) = arguments.next() {
             let value = arguments
                 .next()

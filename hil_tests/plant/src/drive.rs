@@ -136,7 +136,15 @@ impl Drive {
                 friction[wheel] = stopping.clamp(-holding, holding);
             }
         }
-        [after(0, friction), after(1, friction)]
+        // Friction that is not used up holds the wheel: exactly still, not still up to the last sweep.
+        std::array::from_fn(|wheel| {
+            let holds = friction[wheel].abs() < holding;
+            if holds {
+                0.0
+            } else {
+                after(wheel, friction)
+            }
+        })
     }
 
     /// Ornstein-Uhlenbeck process of the configured standard deviation and correlation time.

@@ -25,6 +25,7 @@ class Goal:
     state: str = PENDING
     reason: str = ""
     attempts: int = 0
+    inspected_at: float | None = None
 
 
 class Goals:

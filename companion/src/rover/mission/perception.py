@@ -45,11 +45,13 @@ class Perception:
         self.battery: Battery | None = None
         self.last_fix: Fix | None = None
         self.frames = 0
+        self.fixes = 0
+        self.rejected = 0
         self._classifier = classifier
         self._rectifier = GroundRectifier(camera)
         self._area = (area.width, area.height)
         self._counts: tuple[int, int] | None = None
-        self._views_before = 0
+        self._frames_before = 0
         self._footprint = self.grid.view_polygon(camera)
 
     @property
@@ -67,6 +69,11 @@ class Perception:
         """Places inside the area that may be mines, whether reported yet or not."""
         width, height = self._area
         return [p for p in self.evidence.places if p.suspected and 0.0 <= p.x <= width and 0.0 <= p.y <= height]
+
+    @property
+    def indications(self) -> list[Place]:
+        """Places inside the area that are reported as indications of a mine."""
+        return [place for place in self.suspected if place.indication]
 
     @property
     def footprint(self) -> NDArray[np.float64]:
@@ -91,6 +98,10 @@ class Perception:
         """One frame: where was it taken, what does it show? True when the map has changed."""
         self.frames += 1
         self.last_fix = self.localizer.observe(frame)
+        if self.last_fix.accepted:
+            self.fixes += 1
+        elif not frame.ffc:
+            self.rejected += 1
         if frame.ffc or self.sigma > MAPPING_SIGMA:
             return False
         pose = self.localizer.pose_at(frame.time)
@@ -110,7 +121,7 @@ class Perception:
 
     def count_views(self, goal: Goal) -> None:
         """Notes how often a goal has been seen so far, before it is inspected."""
-        self._views_before = self.frames
+        self._frames_before = self.frames
 
     def was_viewed(self, goal: Goal) -> bool:
         """True when the goal lies on seen ground in view of the pose and enough frames came since `count_views`."""
@@ -118,4 +129,4 @@ class Perception:
         column = min(int(goal.x / self.grid.resolution), self.grid.shape[1] - 1)
         shown = bool(self.grid.seen[row, column] or self.grid.occupied[row, column])
         in_view = bool(self.in_view(self.pose)[row, column])
-        return shown and in_view and self.frames - self._views_before >= INSPECTION_VIEWS
+        return shown and in_view and self.frames - self._frames_before >= INSPECTION_VIEWS

@@ -131,7 +131,7 @@ class Survey:
             return self._recover(now, firmware)
         self._watch_limits(now)
         space = self._free_space() if mapped else None
-        if space is not None:
+        if space is not None and not self.drive.at_rest(now):
             self.drive.check(space, self.perception.pose)
         segments, start = self.drive.step(now, self.perception.pose)
         if not segments and self.drive.at_rest(now):
@@ -230,7 +230,7 @@ class Survey:
         goal.attempts += 1
         if goal.state == PENDING:
             if self.perception.was_viewed(goal):
-                goal.state = INSPECTED
+                goal.state, goal.inspected_at = INSPECTED, now
                 self._note(now, f"{goal.id} inspected")
             elif goal.attempts >= MAX_ATTEMPTS:
                 goal.state, goal.reason = UNREACHABLE, f"not in view from {goal.attempts} inspection poses"

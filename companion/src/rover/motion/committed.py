@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -32,7 +33,10 @@ class CommittedMotion:
         return self._end_state
 
     def append(self, segments: Sequence[Segment], start_time: float | None = None) -> None:
-        """Adds segments. A begin segment starts at `start_time`, which must not lie before the end; others follow on."""
+        """Adds segments. A begin segment starts at `start_time`, not before the end so far; others follow on.
+
+        Raises ValueError when a begin segment has no such time.
+        """
         for segment in segments:
             if segment.begin:
                 if start_time is None or start_time < self._end_time - 1e-9:
@@ -79,9 +83,7 @@ class CommittedMotion:
         if end <= begin:
             return []
         states = self._sample(begin, (end - begin) / count, count + 1)
-        return [
-            (b.travel - a.travel, b.heading - a.heading) for a, b in zip(states[:-1], states[1:], strict=True)
-        ]
+        return [(b.travel - a.travel, b.heading - a.heading) for a, b in itertools.pairwise(states)]
 
     def _sample(self, begin: float, step: float, count: int) -> list[State]:
         states: list[State] = []
@@ -96,9 +98,7 @@ class CommittedMotion:
             if t >= segment.duration_us * 1e-6:
                 states.append(after(state, segment))
             else:
-                states.append(
-                    advance(state, segment.jerk_travel * 1e-6, segment.jerk_heading * 1e-6, max(t, 0.0))
-                )
+                states.append(advance(state, segment.jerk_travel * 1e-6, segment.jerk_heading * 1e-6, max(t, 0.0)))
         return states
 
 

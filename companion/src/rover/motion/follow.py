@@ -17,12 +17,15 @@ from rover.motion.committed import CommittedMotion, dead_reckon
 from rover.motion.merge import merge, run
 from rover.motion.polyline import Polyline, stretches
 from rover.motion.profile import Axis, MotionError, Profile, to_position
-from rover.motion.segment import Segment, State, duration_us, split
+from rover.motion.segment import Segment, State, split
 from rover.motion.slip import SlipEstimate
 from rover.motion.stop import stop_profile, stop_segments
 from rover.vehicle import Limits, Vehicle
 
 SpeedLimit = float | Callable[[float, float], float]
+
+
+STEERING = Limits(0.5, 2.0, 8.0)
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class FollowerSettings:
     turn_tries: int = 4
     most_off_path: float = 0.08  # beyond this the rover stops and aims anew
     lowest_speed: float = 0.05
-    steering: Limits = Limits(0.5, 2.0, 8.0)  # of heading while driving
+    steering: Limits = STEERING  # of heading while driving
 
 
 class PathFollower:
@@ -110,6 +113,8 @@ class PathFollower:
         The first of a run has `begin` set; the caller chooses when it starts (not before now).
         """
         committed.forget_before(now)
+        if not all(math.isfinite(v) for v in (pose.x, pose.y, pose.heading)):
+            self._stop_wanted = not self.done  # blind: no motion can be planned from here
         if self._stop_wanted:
             return self._stop(committed)
         if not self._pending:
@@ -251,10 +256,10 @@ class PathFollower:
         seen = end.travel + (path.length - s) / self.slip.scale
         if not self._braking:
             # Every look is a fresh measurement of the same place: the mean is better than the last.
-            target = seen if self._target is None else self._target + 0.3 * (seen - self._target)
-            self._target = max(target, end.travel + braking)
+            before = seen if self._target is None else self._target
+            self._target = max(before + 0.3 * (seen - before), end.travel + braking)
             self._braking = self._target - end.travel < braking + 1.5 * self.settings.chunk * end.speed + 0.01
-        distance = self._target - end.travel
+        distance = (seen if self._target is None else self._target) - end.travel
         limits = replace(self.limits, speed=self._speed(path, s, braking))
         profile = to_position(Axis(0.0, end.speed, end.acceleration), distance, limits)
         if profile.highest > distance + 0.002:  # it would overshoot and come back
@@ -288,8 +293,3 @@ def _stop_distance(speed: float, acceleration: float, limits: Limits) -> float:
         v += t * (a + t * jerk / 2.0)
         a += t * jerk
     return position
-
-
-def run_duration(segments: Sequence[Segment]) -> float:
-    """Seconds."""
-    return duration_us(segments) * 1e-6

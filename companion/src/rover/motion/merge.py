@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
+
+import numpy as np
 
 from rover.motion.profile import Profile
 from rover.motion.segment import DURATION_MAX_US, DURATION_MIN_US, JERK_MAX, Segment
 
 Pieces = tuple[tuple[float, float], ...]
 
+# Errors of the end below this (SI) are what quantisation leaves anyway.
+NEGLIGIBLE = 1e-5
+
 
 def merge(travel: Profile | None, heading: Profile | None, *, until: float | None = None) -> list[Segment]:
     """Segments for both axes together; an axis whose profile is over, or None, has no jerk.
 
-    Breakpoints nearer together than the shortest segment (1 ms) become one; the jerk of a segment that then spans
-    several pieces is their mean, which keeps the acceleration at its end exact. `until` cuts the motion off after that
-    many seconds. Empty when nothing moves.
+    Breakpoints nearer together than the shortest segment (1 ms) become one. A segment that then spans several pieces
+    has their mean jerk, and all jerks of that axis are corrected by the least amount that makes its end exact
+    again. `until` cuts the motion off after that many seconds. Empty when nothing moves.
     """
-    pieces_travel: Pieces = travel.pieces if travel else ()
-    pieces_heading: Pieces = heading.pieces if heading else ()
-    breaks = _breaks(_times(pieces_travel) + _times(pieces_heading), until)
-    segments: list[Segment] = []
-    for begin, end in zip(breaks[:-1], breaks[1:], strict=True):
-        segments.append(
-            Segment(end - begin, _mean_jerk(pieces_travel, begin, end), _mean_jerk(pieces_heading, begin, end))
-        )
-    return segments
+    profiles = [profile.pieces if profile else () for profile in (travel, heading)]
+    breaks = _breaks([time for pieces in profiles for time in _times(pieces)], until)
+    spans = list(itertools.pairwise(breaks))
+    jerks = [_quantised(pieces, spans) for pieces in profiles]
+    return [
+        Segment(end - begin, along, around)
+        for (begin, end), along, around in zip(spans, jerks[0], jerks[1], strict=True)
+    ]
 
 
 def run(segments: list[Segment]) -> list[Segment]:
@@ -65,9 +70,43 @@ def _breaks(times: list[float], until: float | None) -> list[int]:
     return whole
 
 
-def _mean_jerk(pieces: Pieces, begin_us: int, end_us: int) -> int:
-    """Mean jerk between two times, in millionths of the SI unit."""
-    begin, end = begin_us * 1e-6, end_us * 1e-6
+def _quantised(pieces: Pieces, spans: list[tuple[int, int]]) -> list[int]:
+    """The jerk of one axis in each span (µs), in millionths of the SI unit."""
+    if not pieces:
+        return [0] * len(spans)
+    jerks = np.array([_mean_jerk(pieces, begin * 1e-6, end * 1e-6) for begin, end in spans])
+    lengths = np.array([(end - begin) * 1e-6 for begin, end in spans])
+    left = spans[-1][1] * 1e-6 - np.cumsum(lengths)  # from the end of each span to the end of all
+    # Position, speed and acceleration at the end are linear in the jerks.
+    effect = np.stack(
+        [
+            lengths * (lengths**2 / 6.0 + lengths * left / 2.0 + left**2 / 2.0),
+            lengths * (lengths / 2.0 + left),
+            lengths,
+        ]
+    )
+    error = np.array(_end_of(pieces, spans[-1][1] * 1e-6)) - effect @ jerks
+    if np.abs(error).max() > NEGLIGIBLE and len(spans) >= 3:
+        jerks = jerks + np.linalg.lstsq(effect, error, rcond=None)[0]
+    return [max(-JERK_MAX, min(JERK_MAX, round(jerk * 1e6))) for jerk in jerks.tolist()]
+
+
+def _end_of(pieces: Pieces, until: float) -> tuple[float, float, float]:
+    """What the jerks alone add to position, speed and acceleration up to a time."""
+    position = speed = acceleration = t = 0.0
+    for duration, jerk in (*pieces, (until, 0.0)):
+        step = min(duration, until - t)
+        if step <= 0.0:
+            break
+        position += step * (speed + step * (acceleration / 2.0 + step * jerk / 6.0))
+        speed += step * (acceleration + step * jerk / 2.0)
+        acceleration += step * jerk
+        t += step
+    return position, speed, acceleration
+
+
+def _mean_jerk(pieces: Pieces, begin: float, end: float) -> float:
+    """Mean jerk between two times."""
     total = 0.0
     t = 0.0
     for duration, jerk in pieces:
@@ -75,4 +114,4 @@ def _mean_jerk(pieces: Pieces, begin_us: int, end_us: int) -> int:
         if overlap > 0.0:
             total += jerk * overlap
         t += duration
-    return max(-JERK_MAX, min(JERK_MAX, round(total / (end - begin) * 1e6)))
+    return total / (end - begin)

@@ -71,12 +71,13 @@ def stretches(points: Sequence[Point], soft_corner: float, shortest: float) -> l
     if len(kept) > 1 and math.dist(kept[-1], points[-1]) > 0.0:
         kept[-1] = (float(points[-1][0]), float(points[-1][1]))
     parts: list[list[Point]] = []
+    last = 0.0
     for index in range(len(kept) - 1):
         a, b = kept[index], kept[index + 1]
         heading = math.atan2(b[1] - a[1], b[0] - a[0])
-        if parts and abs(wrap_angle(heading - last)) <= soft_corner:  # noqa: F821
+        if parts and abs(wrap_angle(heading - last)) <= soft_corner:
             parts[-1].append(b)
         else:
             parts.append([a, b])
-        last = heading  # noqa: F841
+        last = heading
     return [Polyline(part) for part in parts]

@@ -11,7 +11,10 @@ from rover.motion.committed import CommittedMotion
 
 @dataclass
 class SlipEstimate:
-    """Metres of ground per commanded metre, radians of drift per commanded metre, radians turned per commanded radian."""
+    """What the ground makes of commanded motion.
+
+    `scale`: metres per metre of travel; `drift`: radians per metre of travel; `turn`: radians per radian turned.
+    """
 
     scale: float = 1.0
     drift: float = 0.0

@@ -27,13 +27,12 @@ def stop_profile(speed: float, acceleration: float, limits: Limits) -> Profile:
         return Profile((), 0.0, 0.0)
     # In the direction of braking: a is the acceleration, v the speed still to gain.
     a, v = sign * acceleration, -sign * speed
+    lead: tuple[tuple[float, float], ...] = ()
     if a > most:
         # Beyond the limit: back to it first.
         first = (a - most) / jerk
         v -= (a + most) / 2.0 * first
         lead, a = ((first, -sign * jerk),), most
-    else:
-        lead = ()
     # Peak p from (p² − a²)/2J + p²/2J = v.
     peak = math.sqrt(max(jerk * v + a * a / 2.0, 0.0))
     flat = 0.0

@@ -79,9 +79,7 @@ class CircleField(Field):
 class GridField(Field):
     """Blocked cells. Row 0 lies at `origin`'s y, row index grows with y; a cell is a full square of ground."""
 
-    def __init__(
-        self, blocked: ArrayLike, resolution: float, origin: tuple[float, float] = (0.0, 0.0)
-    ) -> None:
+    def __init__(self, blocked: ArrayLike, resolution: float, origin: tuple[float, float] = (0.0, 0.0)) -> None:
         cells = np.asarray(blocked)
         if cells.ndim != 2 or cells.size == 0:
             raise BadInput(f"a grid map needs rows and columns, not shape {cells.shape}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import rover_native
@@ -177,7 +178,7 @@ def _positions(
     resolution: float,
     origin: tuple[float, float],
 ) -> NDArray[np.int32]:
-    """Reachable cells (N, 2) as column, row, on the lattice that leaves about `wanted`, within reach of unseen ground."""
+    """Reachable cells (N, 2) as column, row within reach of unseen ground, on a lattice of about `wanted`."""
     rows, columns = unseen.shape
     sums = np.zeros((rows + 1, columns + 1), dtype=np.int64)
     sums[1:, 1:] = unseen.cumsum(axis=0, dtype=np.int64).cumsum(axis=1)
@@ -199,10 +200,10 @@ def _positions(
 
 def _turns(
     pose: Pose2,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    travel: NDArray[np.float64],
-    headings: NDArray[np.float64],
+    x: NDArray[Any],
+    y: NDArray[Any],
+    travel: NDArray[Any],
+    headings: NDArray[Any],
 ) -> NDArray[np.float64]:
     """Radians (positions, headings) turned on the way: towards the place, then to the heading there."""
     bearing = np.arctan2(y - pose.y, x - pose.x)

@@ -1,0 +1,57 @@
+"""Inner loops of the rover's planner; see src/lib.rs."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+class NativeField:
+    @staticmethod
+    def circles(width: float, height: float, obstacles: NDArray[np.float64]) -> NativeField: ...
+    @staticmethod
+    def grid(
+        blocked: NDArray[np.uint8], resolution: float, origin_x: float, origin_y: float
+    ) -> NativeField: ...
+    @property
+    def bounds(self) -> tuple[float, float, float, float]: ...
+    def clearance(self, at: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def segment_clear(self, a: tuple[float, float], b: tuple[float, float], radius: float) -> bool: ...
+    def plan(
+        self,
+        start: tuple[float, float],
+        goals: NDArray[np.float64],
+        algorithm: str,
+        radius: float,
+        seed: int,
+        iterations: int | None,
+        budget_ms: float | None,
+        any_order: bool,
+        start_escape: float,
+        corner_cost: float,
+        step: float | None = ...,
+        bias: float | None = ...,
+    ) -> dict[str, Any]: ...
+    def multi_goal_tree(
+        self,
+        start: tuple[float, float],
+        goals: NDArray[np.float64],
+        radius: float,
+        seed: int,
+        iterations: int,
+        step: float,
+        bias: float,
+    ) -> tuple[NDArray[np.float64], list[int], list[int], int]: ...
+
+class Views:
+    def __init__(
+        self, footprint: NDArray[np.float64], headings: NDArray[np.float64], resolution: float
+    ) -> None: ...
+    def open_gains(self, unseen: NDArray[np.uint8], positions: NDArray[np.int32]) -> NDArray[np.uint32]: ...
+    def gains(
+        self, unseen: NDArray[np.uint8], blocked: NDArray[np.uint8], views: NDArray[np.int32]
+    ) -> NDArray[np.uint32]: ...
+
+def clearance_map(blocked: NDArray[np.uint8], resolution: float) -> NDArray[np.float32]: ...
+def distance_field(
+    blocked: NDArray[np.uint8], start: tuple[int, int], resolution: float
+) -> NDArray[np.float32]: ...

@@ -15,6 +15,7 @@ from rover.mission.config import Mission, load
 from rover.record.tum import write_tum
 from rover.vision.camera_file import load_camera
 
+from rover_hil.firmware_process import find_binary
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import CAMERA_LATENCY_US, CAMERA_PERIOD_US, build_plant
 from rover_hil.referee import judge_mines, judge_zones
@@ -39,10 +40,16 @@ class Options:
     free_run: bool = False
 
 
-def build_rig(mission: Mission, ground: Ground, name: str, seed: int) -> Rig:
-    """The rig of that name in that field. Raises BadInput, PreflightFailed."""
+def check_rig(name: str) -> None:
+    """Raises BadInput for a rig that is not known, PreflightFailed for one whose firmware is not built."""
     if name not in RIGS:
         raise BadInput(f"--rig {name}: not known here; there is {', '.join(RIGS)}")
+    find_binary()
+
+
+def build_rig(mission: Mission, ground: Ground, name: str, seed: int) -> Rig:
+    """The rig of that name in that field. Raises BadInput, PreflightFailed."""
+    check_rig(name)
     model = load_camera(mission.rover.camera)
     camera = {
         "name": model.name,
@@ -81,6 +88,7 @@ def serve(options: Options) -> None:
     signal.signal(signal.SIGTERM, _end)
     share_one_core()
     mission = load(options.mission)
+    check_rig(options.rig)  # before the field, which takes a while
     ground = build(mission, options.seed, options.data)
     rig = build_rig(mission, ground, options.rig, options.seed)
 

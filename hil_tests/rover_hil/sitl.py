@@ -105,4 +105,5 @@ class SitlRig:
     def close(self) -> None:
         """Hangs up and ends the firmware."""
         self._pty.close()
+        self._plant.detach_sitl()
         self._process.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -138,7 +139,7 @@ def test_frames_during_a_calibration_are_flagged_and_frozen_and_leave_a_new_patt
     for _, exposed, _, ffc, _ in frames:
         assert ffc == any(start <= exposed < start + 400_000 for start in closed)
     patterns = []
-    for before, after in zip(frames, frames[1:], strict=False):
+    for before, after in pairwise(frames):
         if after[3]:
             assert (after[4] == before[4]).all()
         elif before[3]:

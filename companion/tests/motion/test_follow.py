@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
+from motion_limits import assert_within_limits
+from motion_simulation import drive
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
 from rover.motion import CommittedMotion, FollowerSettings, PathFollower, State
-from rover.vehicle import Vehicle
-from simulation import drive
-from test_profiles import assert_within_limits
+from rover.vehicle import Limits, Vehicle
 
 ZIGZAG = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.8, 1.1), (2.0, 2.0), (0.5, 2.0)]
 NOISE = (0.01, 0.01)
@@ -115,12 +115,30 @@ def test_after_a_stop_a_new_path_can_be_followed():
     assert abs(log.poses[-1].y - 0.5) < 0.01
 
 
-def test_pushed_off_the_path_the_rover_stops_and_comes_back():
-    path = [(0.0, 0.0), (2.0, 0.0)]
-    follower, _, log = drive(path, push_at=3.0)
+def test_pushed_off_the_path_the_rover_stops_and_asks_for_a_new_one():
+    follower, committed, log = drive([(0.0, 0.0), (2.0, 0.0)], push_at=3.0)
     assert log.finished
-    assert follower.restarts >= 1
-    assert math.dist((log.poses[-1].x, log.poses[-1].y), path[-1]) < 0.02
+    assert follower.lost
+    assert follower.done
+    assert committed.end_state.at_rest
+    assert log.times[-1] - 3.0 < follower.committed_at_most + 1.0
+    for segments in runs(log.segments):
+        assert_within_limits(segments, State())
+
+
+def test_twisted_by_a_push_the_rover_stops_before_it_is_far_off():
+    follower, _, log = drive([(0.0, 0.0), (2.0, 0.0)], twist_at=3.0)
+    assert follower.lost
+    assert log.off_path([(0.0, 0.0), (2.0, 0.0)]) < 0.25
+
+
+def test_when_no_profile_exists_the_rover_stops_and_gives_up_after_a_few_tries():
+    follower = PathFollower(Vehicle(), Limits(0.0, 0.5, 3.0))
+    _, committed, log = drive([(0.0, 0.0), (2.0, 0.0)], follower=follower)
+    assert log.finished
+    assert follower.lost
+    assert follower.restarts == FollowerSettings().most_restarts + 1
+    assert committed.end_state.at_rest
 
 
 def test_the_speed_limit_of_a_place_is_kept_there():

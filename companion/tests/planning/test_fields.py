@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import paper_field as paper
+import planning_field as paper
 import pytest
 import rover_native
 from hypothesis import given, settings

@@ -6,7 +6,7 @@ import itertools
 import math
 
 import numpy as np
-import paper_field as paper
+import planning_field as paper
 import pytest
 from numpy.typing import NDArray
 from rover.errors import BadInput

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import paper_field as paper
+import planning_field as paper
 import pytest
 from rover.planning import CircleField
 from rover.planning.reference import multi_goal_tree, segment_clear

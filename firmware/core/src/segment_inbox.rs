@@ -1,12 +1,12 @@
 //! Puts segments together from their messages, whatever the order in which these come.
 //!
-//! A segment is a travel half and a heading half; one that begins a run also needs its start time. A few segments
+//! A segment is a travel half and a heading half; one that begins a run also needs its start time. Segments
 //! ahead of the expected one are kept, so that one lost frame costs one repetition and not the whole window.
 
 use crate::motion::Segment;
 
 /// Segments that are kept while an earlier one is incomplete.
-const AHEAD: u16 = 8;
+const AHEAD: u16 = 32;
 
 /// What became of a half.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,9 +146,9 @@ mod tests {
     fn later_segments_wait_for_an_earlier_one_that_was_lost() {
         let mut inbox = SegmentInbox::default();
         put_both(&mut inbox, 1);
-        put_both(&mut inbox, 7);
+        put_both(&mut inbox, 31);
         assert!(inbox.complete().is_none());
-        assert_eq!(inbox.put_travel(8, 1000, 0), Receipt::TooFarAhead);
+        assert_eq!(inbox.put_travel(32, 1000, 0), Receipt::TooFarAhead);
         put_both(&mut inbox, 0);
         inbox.take();
         assert_eq!(inbox.complete().unwrap().0.index, 1);

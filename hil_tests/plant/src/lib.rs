@@ -93,6 +93,11 @@ impl Plant {
         Ok(())
     }
 
+    /// Lets go of rover-sitl, so that it sees the end of its stdin.
+    fn detach_sitl(&mut self) {
+        self.world.detach();
+    }
+
     /// Physics and firmware up to `until_us`; `host_bytes`: total that the host has written up to the present.
     /// Returns [(time_us, total bytes of the firmware)] where the total changed. Raises ConnectionError when
     /// rover-sitl has ended.

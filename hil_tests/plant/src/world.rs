@@ -87,6 +87,11 @@ impl World {
         self.sitl = Some(sitl);
     }
 
+    /// Lets go of the firmware: its stdin ends once the caller has closed its own end.
+    pub fn detach(&mut self) {
+        self.sitl = None;
+    }
+
     /// One millisecond of physics with the bridge as it is.
     pub fn step(&mut self) {
         let dt = TICK_US as f64 * 1e-6;

@@ -26,6 +26,8 @@ SpeedLimit = float | Callable[[float, float], float]
 
 
 STEERING = Limits(0.5, 2.0, 8.0)
+# Radians: a larger error is no longer a matter of steering.
+MOST_STEERING = 0.6
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,8 @@ class FollowerSettings:
     heading_tolerance: float = math.radians(2.0)
     settle: float = 0.25  # after coming to rest, until the estimate is trusted
     turn_tries: int = 4
-    most_off_path: float = 0.08  # beyond this the rover stops and aims anew
+    most_off_path: float = 0.08  # beyond this the rover stops: the ground there was not part of the plan
+    most_restarts: int = 5  # stops to aim anew on one stretch, before that too is given up
     lowest_speed: float = 0.05
     steering: Limits = STEERING  # of heading while driving
 
@@ -70,7 +73,8 @@ class PathFollower:
         self._stretches: list[Polyline] = []
         self._final_heading: float | None = None
         self._pending: list[Segment] = []
-        self._stage = "done"  # aim, drive, face, done, stopped
+        self._stage = "done"  # aim, drive, face; done, stopped, lost
+        self._restarts_here = 0
         self._progress = 0.0
         self._target: float | None = None  # where the stretch ends, in commanded travel
         self._braking = False
@@ -80,13 +84,18 @@ class PathFollower:
 
     @property
     def done(self) -> bool:
-        """True when the path has been driven to its end, or the stop has been committed."""
-        return self._stage in ("done", "stopped") and not self._pending
+        """True when the path has been driven to its end, or a stop that ends it has been committed."""
+        return self._stage in ("done", "stopped", "lost") and not self._pending
 
     @property
     def stopped(self) -> bool:
         """True when `request_stop` ended the path."""
         return self._stage == "stopped"
+
+    @property
+    def lost(self) -> bool:
+        """True when the rover came too far off the path and stopped: a new path is due."""
+        return self._stage == "lost"
 
     def follow(self, path: Sequence[Sequence[float]], final_heading: float | None = None) -> None:
         """Takes a new path in the map, (N, 2), first point near the rover. Call it while at rest.
@@ -101,6 +110,7 @@ class PathFollower:
         self._pending = []
         self._stop_wanted = False
         self._turn = None
+        self._restarts_here = 0
         self._enter("aim" if self._stretches else "face")
 
     def request_stop(self) -> None:
@@ -142,10 +152,18 @@ class PathFollower:
         return stop_segments(committed.end_state, self.limits, self.vehicle.heading)
 
     def _restart(self, committed: CommittedMotion) -> None:
-        """A controlled stop; the stretch is then aimed at anew."""
+        """A controlled stop; the stretch is then aimed at anew, if that has not been tried too often."""
         self.restarts += 1
+        self._restarts_here += 1
         self._pending = self._stop(committed)
-        self._enter("aim" if self._stretches else "face")
+        if self._restarts_here > self.settings.most_restarts:
+            self._enter("lost")
+        else:
+            self._enter("aim" if self._stretches else "face")
+
+    def _give_up(self, committed: CommittedMotion) -> None:
+        self._pending = self._stop(committed)
+        self._enter("lost")
 
     def _enter(self, stage: str) -> None:
         self._stage = stage
@@ -157,7 +175,7 @@ class PathFollower:
         self.slip.restart()
 
     def _plan(self, now: float, pose: Pose2, committed: CommittedMotion) -> None:
-        if self._stage in ("done", "stopped"):
+        if self._stage in ("done", "stopped", "lost"):
             return
         if self._stage == "drive":
             if committed.end_time - now < self.settings.horizon:
@@ -233,8 +251,8 @@ class PathFollower:
         self._progress = max(self._progress, min(s, path.length))
         x, y = path.at(s + settings.lookahead)
         error = wrap_angle(math.atan2(y - ahead.y, x - ahead.x) - ahead.heading)
-        if abs(self.cross_track) > settings.most_off_path or abs(error) > 0.6:
-            self._restart(committed)
+        if abs(self.cross_track) > settings.most_off_path or abs(error) > MOST_STEERING:
+            self._give_up(committed)
             return
         travel = self._travel(path, s, end)
         turn = error - self.slip.drift * end.speed * settings.chunk
@@ -245,6 +263,7 @@ class PathFollower:
             segments = merge(travel, heading)
             segments = [*segments[:-1], replace(segments[-1], rest=True)] if segments else []
             self._stretches.pop(0)
+            self._restarts_here = 0
             self._enter("aim" if self._stretches else "face")
         if segments and end.at_rest:
             segments = [replace(segments[0], begin=True), *segments[1:]]

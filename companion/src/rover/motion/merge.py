@@ -5,31 +5,25 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
-import numpy as np
-
 from rover.motion.profile import Profile
 from rover.motion.segment import DURATION_MAX_US, DURATION_MIN_US, JERK_MAX, Segment
 
-Pieces = tuple[tuple[float, float], ...]
-
-# Errors of the end below this (SI) are what quantisation leaves anyway.
-NEGLIGIBLE = 1e-5
+# One axis: begin and end in µs, jerk between them.
+Pieces = list[tuple[int, int, float]]
 
 
 def merge(travel: Profile | None, heading: Profile | None, *, until: float | None = None) -> list[Segment]:
     """Segments for both axes together; an axis whose profile is over, or None, has no jerk.
 
-    Breakpoints nearer together than the shortest segment (1 ms) become one. A segment that then spans several pieces
-    has their mean jerk, and all jerks of that axis are corrected by the least amount that makes its end exact
-    again. `until` cuts the motion off after that many seconds. Empty when nothing moves.
+    Where breakpoints lie nearer together than the shortest segment (1 ms), a segment of 1 ms holds them all and has
+    their mean jerk: exact in acceleration, within 1 µm/s in speed. `until` cuts the motion off after that many
+    seconds. Empty when nothing moves.
     """
-    profiles = [profile.pieces if profile else () for profile in (travel, heading)]
-    breaks = _breaks([time for pieces in profiles for time in _times(pieces)], until)
-    spans = list(itertools.pairwise(breaks))
-    jerks = [_quantised(pieces, spans) for pieces in profiles]
+    profiles = [_snapped(profile.pieces) if profile else [] for profile in (travel, heading)]
+    breaks = _breaks([end for pieces in profiles for _, end, _ in pieces], until)
     return [
-        Segment(end - begin, along, around)
-        for (begin, end), along, around in zip(spans, jerks[0], jerks[1], strict=True)
+        Segment(end - begin, _mean_jerk(profiles[0], begin, end), _mean_jerk(profiles[1], begin, end))
+        for begin, end in itertools.pairwise(breaks)
     ]
 
 
@@ -41,26 +35,38 @@ def run(segments: list[Segment]) -> list[Segment]:
     return [*segments[:-1], replace(segments[-1], rest=True)]
 
 
-def _times(pieces: Pieces) -> list[float]:
-    times = []
-    t = 0.0
-    for duration, _ in pieces:
+def _snapped(pieces: tuple[tuple[float, float], ...]) -> Pieces:
+    """The profile on whole microseconds.
+
+    What a boundary moves by is made up in the jerk beside it, so that the acceleration at the boundaries is the
+    profile's own: left alone the difference would add up over a long cruise.
+    """
+    snapped: Pieces = []
+    t = owed = 0.0
+    begin = 0
+    for duration, jerk in pieces:
         t += duration
-        times.append(t)
-    return times
+        owed += jerk * duration
+        end = round(t * 1e6)
+        if end > begin:
+            snapped.append((begin, end, owed / ((end - begin) * 1e-6)))
+            begin, owed = end, 0.0
+    return snapped
 
 
-def _breaks(times: list[float], until: float | None) -> list[int]:
-    """Boundaries in µs from 0 to the end, none nearer together than a segment may be short or long."""
+def _breaks(times: list[int], until: float | None) -> list[int]:
+    """Boundaries in µs from 0 to the end, spaced as segments may be."""
     if not times:
         return [0]
-    end = max(round(max(times) * 1e6), DURATION_MIN_US)
+    end = max(*times, DURATION_MIN_US)
     if until is not None:
         end = min(end, max(round(until * 1e6), DURATION_MIN_US))
     breaks = [0]
-    for time in sorted(round(t * 1e6) for t in times):
-        if breaks[-1] + DURATION_MIN_US <= time <= end - DURATION_MIN_US:
-            breaks.append(time)
+    for time in sorted(times):
+        if time > breaks[-1]:
+            at = min(max(time, breaks[-1] + DURATION_MIN_US), end - DURATION_MIN_US)
+            if at - breaks[-1] >= DURATION_MIN_US and time < end:
+                breaks.append(at)
     breaks.append(end)
     whole = [0]
     for time in breaks[1:]:
@@ -70,48 +76,7 @@ def _breaks(times: list[float], until: float | None) -> list[int]:
     return whole
 
 
-def _quantised(pieces: Pieces, spans: list[tuple[int, int]]) -> list[int]:
-    """The jerk of one axis in each span (µs), in millionths of the SI unit."""
-    if not pieces:
-        return [0] * len(spans)
-    jerks = np.array([_mean_jerk(pieces, begin * 1e-6, end * 1e-6) for begin, end in spans])
-    lengths = np.array([(end - begin) * 1e-6 for begin, end in spans])
-    left = spans[-1][1] * 1e-6 - np.cumsum(lengths)  # from the end of each span to the end of all
-    # Position, speed and acceleration at the end are linear in the jerks.
-    effect = np.stack(
-        [
-            lengths * (lengths**2 / 6.0 + lengths * left / 2.0 + left**2 / 2.0),
-            lengths * (lengths / 2.0 + left),
-            lengths,
-        ]
-    )
-    error = np.array(_end_of(pieces, spans[-1][1] * 1e-6)) - effect @ jerks
-    if np.abs(error).max() > NEGLIGIBLE and len(spans) >= 3:
-        jerks = jerks + np.linalg.lstsq(effect, error, rcond=None)[0]
-    return [max(-JERK_MAX, min(JERK_MAX, round(jerk * 1e6))) for jerk in jerks.tolist()]
-
-
-def _end_of(pieces: Pieces, until: float) -> tuple[float, float, float]:
-    """What the jerks alone add to position, speed and acceleration up to a time."""
-    position = speed = acceleration = t = 0.0
-    for duration, jerk in (*pieces, (until, 0.0)):
-        step = min(duration, until - t)
-        if step <= 0.0:
-            break
-        position += step * (speed + step * (acceleration / 2.0 + step * jerk / 6.0))
-        speed += step * (acceleration + step * jerk / 2.0)
-        acceleration += step * jerk
-        t += step
-    return position, speed, acceleration
-
-
-def _mean_jerk(pieces: Pieces, begin: float, end: float) -> float:
-    """Mean jerk between two times."""
-    total = 0.0
-    t = 0.0
-    for duration, jerk in pieces:
-        overlap = min(t + duration, end) - max(t, begin)
-        if overlap > 0.0:
-            total += jerk * overlap
-        t += duration
-    return total / (end - begin)
+def _mean_jerk(pieces: Pieces, begin: int, end: int) -> int:
+    """Mean jerk between two times in µs, in millionths of the SI unit."""
+    total = sum(jerk * max(0, min(until, end) - max(since, begin)) for since, until, jerk in pieces)
+    return max(-JERK_MAX, min(JERK_MAX, round(total / (end - begin) * 1e6)))

@@ -45,6 +45,7 @@ def drive(
     seed: int = 0,
     stop_at: float | None = None,
     push_at: float | None = None,
+    twist_at: float | None = None,
     follower: PathFollower | None = None,
     limit: float = 120.0,
 ) -> tuple[PathFollower, CommittedMotion, Log]:
@@ -65,6 +66,8 @@ def drive(
             follower.request_stop()
         if push_at is not None and abs(now - push_at) < CYCLE / 2:
             true = Pose2(true.x, true.y + 0.12, true.heading)
+        if twist_at is not None and abs(now - twist_at) < CYCLE / 2:
+            true = Pose2(true.x, true.y, true.heading + 0.8)
         segments = follower.next_segments(now, estimate, committed)
         if segments:
             committed.append(segments, now + LATENCY if segments[0].begin else None)

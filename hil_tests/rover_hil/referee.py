@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rover_hil.ground import Mine
 
 Array = NDArray[np.float64]
 
@@ -32,16 +34,6 @@ FAIR_CONTRAST_K = 0.5
 NOT_A_MINE = ("obstacle", "background")
 
 
-class Mine(Protocol):
-    """What lies in the ground (`rover_hil.ground.Mine`)."""
-
-    id: int
-    x: float
-    y: float
-    radius: float
-    contrast_k: float
-
-
 def wheel_distance(truth: Array, x: float, y: float) -> Array:
     """Distance (n,) from a point to the nearer wheel's contact patch along the trajectory (n, 4); 0 under a wheel."""
     dx, dy = x - truth[:, 1], y - truth[:, 2]
@@ -53,41 +45,63 @@ def wheel_distance(truth: Array, x: float, y: float) -> Array:
     return np.hypot(ahead, aside)
 
 
-def judge_zone(truth: Array, zone: dict[str, Any]) -> tuple[int, bool]:
-    """How often a wheel came into the zone, and whether one stood in it when the zone was declared.
+def judge_place(truth: Array, versions: Sequence[dict[str, Any]]) -> tuple[int, bool]:
+    """How often a wheel came into a zone, and whether the zone was declared under a wheel.
 
-    The zone counts from `t` + GRACE until `until` (if given). A wheel that was inside at the declaration may leave
-    without being counted as long as it does not go deeper.
+    A stay in the zone counts once a wheel stands on ground that the zone has covered for GRACE, redrawn or not. A
+    stay that begins because the zone was drawn under a wheel does not count while the wheel goes no deeper.
     """
-    declared, end = float(zone["t"]), zone.get("until")
-    alive = truth[:, 0] >= declared
-    if end is not None:
-        alive &= truth[:, 0] <= float(end)
-    track = truth[alive]
-    if not len(track):
-        return 0, False
-    distance = wheel_distance(track, float(zone["x"]), float(zone["y"]))
-    inside = distance < float(zone["r"])
-    counted = inside & (track[:, 0] > declared + GRACE)
-    under = bool(inside[0])
-    if under:
-        left = int(np.argmin(inside)) if not inside.all() else len(inside)
-        if distance[:left].min() >= distance[0] - DEEPER:
-            counted[:left] = False
-    entries = int(counted[0]) + int(np.count_nonzero(np.diff(counted.astype(np.int8)) == 1))
+    times = truth[:, 0]
+    starts = np.array([float(version["t"]) for version in versions])
+    ends = np.array([math.inf if version.get("until") is None else float(version["until"]) for version in versions])
+    distances = np.array([wheel_distance(truth, float(v["x"]), float(v["y"])) for v in versions])
+    within = distances < np.array([float(version["r"]) for version in versions])[:, None]
+    alive = (starts[:, None] <= times) & (times <= ends[:, None])
+    lately = (starts[:, None] <= times) & (times - GRACE <= ends[:, None])
+    ripe = (starts[:, None] < times - GRACE) & (times - GRACE <= ends[:, None])
+    covered = np.all(within | ~lately, axis=0) & np.any(ripe, axis=0)
+    current = np.where(np.any(alive, axis=0), len(versions) - 1 - np.argmax(alive[::-1], axis=0), -1)
+    inside = (current >= 0) & np.take_along_axis(within, np.maximum(current, 0)[None, :], axis=0)[0]
+
+    entries, under = 0, False
+    for first, last in _runs(inside):
+        drawn_there = bool(first == 0 or current[first] != current[first - 1])
+        under |= drawn_there
+        leaving = drawn_there and not _goes_deeper(distances, current, first, last)
+        entries += bool(covered[first:last].any()) and not leaving
     return entries, under
 
 
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First index and the one behind the last of every run of True."""
+    edges = np.diff(flags.astype(np.int8), prepend=0, append=0)
+    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
+
+
+def _goes_deeper(distances: Array, current: NDArray[np.int64], first: int, last: int) -> bool:
+    """Whether a wheel comes nearer to the zone's centre than it was when that version was drawn."""
+    for version in np.unique(current[first:last]).tolist():
+        track = distances[version, first:last][current[first:last] == version]
+        if track.min() < track[0] - DEEPER:
+            return True
+    return False
+
+
 def judge_zones(truth: Array, zones: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """keepout_violations, the zones that they happened in, and zones_declared_under_wheel."""
+    """keepout_violations, the zones that they happened in, and zones_declared_under_wheel.
+
+    Zones are {"t", "id", "x", "y", "r"} in seconds and metres, with "until" when they ended; one that was redrawn
+    comes again with the same id.
+    """
     violated, under_wheel, total = [], [], 0
-    for zone in zones:
-        entries, under = judge_zone(truth, zone)
+    for identifier in sorted({zone["id"] for zone in zones}):
+        versions = [zone for zone in zones if zone["id"] == identifier]
+        entries, under = judge_place(truth, sorted(versions, key=lambda version: float(version["t"])))
         total += entries
         if entries:
-            violated.append(zone["id"])
+            violated.append(identifier)
         if under:
-            under_wheel.append(zone["id"])
+            under_wheel.append(identifier)
     return {
         "keepout_violations": total,
         "zones_violated": violated,
@@ -100,7 +114,7 @@ def judge_mines(
 ) -> dict[str, Any]:
     """Mines driven over, mines reported, and indications where no mine is; `area` in m²."""
     places = [(float(d["x"]), float(d["y"])) for d in detections if d.get("class") not in NOT_A_MINE]
-    rows = []
+    rows: list[dict[str, Any]] = []
     for mine in mines:
         errors = [math.hypot(x - mine.x, y - mine.y) for x, y in places]
         nearest = min(errors, default=math.inf)

@@ -68,7 +68,7 @@ def verdict_of(
     truth = rig.truth()
     area = mission.area.width * mission.area.height
     return {
-        "duration_s": rig.now_us * 1e-6,
+        "duration_s": rig.now_us / 1e6,
         **rig.verdict(),
         **judge_zones(truth, zones),
         **judge_mines(truth, ground.mines, detections, area),

@@ -16,6 +16,9 @@ from rover_hil.session import Finish, Session
 FREE_STEP = 0.01
 """Seconds of real time between two steps of a free-running rig."""
 
+FIRST_WAIT = 600.0
+"""Seconds until a rig that nobody has connected to ends: its companion must have died while starting."""
+
 
 class Server:
     """Listens on a unix socket for one companion at a time."""
@@ -37,20 +40,18 @@ class Server:
     def run(self, free_run: bool, linger: float) -> None:
         """Serves until a companion has finished, or has been gone for `linger` seconds. Raises RigFailed.
 
-        Without `free_run` time stands still until the first companion comes.
+        Without `free_run` time stands still until the first companion comes, which has FIRST_WAIT seconds to.
         """
-        waiting_since = None
         if free_run:
             self._run_free(None)
-        else:
-            select.select([self._listener], [], [])
+        elif not select.select([self._listener], [], [], FIRST_WAIT)[0]:
+            raise PreflightFailed(f"no companion has come to {self._control} within {FIRST_WAIT:g} s")
         while True:
             connection, _ = self._listener.accept()
             with connection:
                 if Session(self._rig, self._finish).serve(connection):
                     return
-            waiting_since = time.monotonic()
-            if not self._run_free(waiting_since + linger):
+            if not self._run_free(time.monotonic() + linger):
                 return
 
     def _run_free(self, deadline: float | None) -> bool:

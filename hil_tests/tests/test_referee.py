@@ -162,6 +162,19 @@ def test_going_deeper_into_a_zone_declared_under_a_wheel_is_a_violation() -> Non
     assert verdict["keepout_violations"] == 1
 
 
+def test_redrawing_a_zone_gives_no_new_grace_on_ground_that_it_covered_before() -> None:
+    # Redrawn every 0.3 s while the rover drives through: without memory it would never count.
+    versions = [zone(0.3 * k, 0.5 + 0.001 * k, 0.10, 0.05, until=0.3 * k + 0.3) for k in range(33)]
+    assert judge_zones(straight_track(), versions)["keepout_violations"] == 1
+
+
+def test_redrawing_a_zone_under_a_leaving_wheel_is_no_violation() -> None:
+    versions = [zone(5.0, 0.45, 0.10, 0.2, until=6.0), zone(6.0, 0.46, 0.10, 0.2)]
+    verdict = judge_zones(straight_track(), versions)
+    assert verdict["zones_declared_under_wheel"] == [1]
+    assert verdict["keepout_violations"] == 0
+
+
 def mine(number: int, x: float, y: float, contrast: float = 2.0) -> Mine:
     return Mine(id=number, x=x, y=y, radius=0.055, depth=0.02, kind="buried", contrast_k=contrast)
 

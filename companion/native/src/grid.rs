@@ -128,7 +128,7 @@ impl Field for Grid {
         )
     }
 
-    /// Bilinear between the cells' centres, where it is exact.
+    /// Bilinear between the cells' centres, where it is exact; beside a blocked cell up to a quarter of a cell too much.
     fn clearance(&self, p: Point) -> f64 {
         let u =
             ((p.x - self.origin.x) / self.resolution - 0.5).clamp(0.0, (self.columns - 1) as f64);

@@ -82,8 +82,10 @@ impl Schedule {
         let period_us = u64::from(entry.period_ms) * 1000;
         // On the grid of its period; what was missed is not made up for.
         let late = now_us.saturating_sub(entry.due_us);
-        let periods = late.checked_div(period_us).unwrap_or(0) + 1;
-        entry.due_us += periods * period_us;
+        let periods = late.checked_div(period_us).unwrap_or(0).saturating_add(1);
+        entry.due_us = entry
+            .due_us
+            .saturating_add(periods.saturating_mul(period_us));
         Some(entry.identifier)
     }
 

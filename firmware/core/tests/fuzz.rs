@@ -1,5 +1,6 @@
 //! Bytes and measurements of every kind: no panic, nothing unbounded, and the motors only with good reason.
 
+mod fuzz_stream;
 mod rig;
 
 use rig::{Random, Rig};
@@ -149,4 +150,14 @@ fn a_companion_that_reads_nothing_fills_no_memory() {
         core.tick(&inputs);
     }
     assert!(drain(&mut core) > 0);
+}
+
+/// The long run is `cargo run --release -p rover-core --example fuzz -- 100000000`.
+#[test]
+fn a_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the_motors() {
+    let summary = fuzz_stream::run(1_000_000, 1);
+    assert_eq!(summary.bytes, 1_000_000);
+    assert!(summary.powered > 5_000, "{summary:?}");
+    assert!(summary.segments > 100, "{summary:?}");
+    assert_eq!(fuzz_stream::run(100_000, 2), fuzz_stream::run(100_000, 2));
 }

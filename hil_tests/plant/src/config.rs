@@ -107,9 +107,9 @@ impl Default for Drive {
             coulomb_friction: 0.04,
             viscous_friction: 0.004,
             motor_tolerance: 0.03,
-            slip_bias: 0.012,
+            slip_bias: 0.01,
             slip_bias_limit: 0.03,
-            slip_noise: 0.015,
+            slip_noise: 0.01,
             slip_time_constant: 3.0,
             traction_torque: 0.2,
         }

@@ -80,6 +80,7 @@ class Safety:
     keepout_violations: int | None = None
     unseen_ground: float | None = None
     min_clearance: float | None = None
+    wheel_over_mine: int | None = None
 
 
 @dataclass(frozen=True)
@@ -198,6 +199,7 @@ class RunResult:
             "keepout_violations": self.safety.keepout_violations,
             "unseen_ground_m2": _rounded(self.safety.unseen_ground, 5),
             "min_clearance_m": _rounded(self.safety.min_clearance, 4),
+            "wheel_over_mine": self.safety.wheel_over_mine,
             "localization": {
                 "ate_rmse_m": _rounded(self.localization.ate_rmse, 5),
                 "odometry_only_ate_rmse_m": _rounded(self.localization.odometry_only_ate_rmse, 5),

@@ -135,36 +135,38 @@ def _fit(
 ) -> tuple[Pose2, NDArray[np.float64]] | None:
     """Gauss–Newton over x, y, heading with Huber weights; the pose and JᵀWJ on the plane one ahead of the lens."""
     rotation, position = camera.extrinsic[:3, :2], camera.extrinsic[:3, 3]
+    count = len(map_points)
+    jacobian = np.empty((2 * count, 3))
     information = np.eye(3)
-    for _ in range(6):
+    for _ in range(5):
         c, s = math.cos(pose.heading), math.sin(pose.heading)
         dx, dy = map_points[:, 0] - pose.x, map_points[:, 1] - pose.y
-        base = np.column_stack((c * dx + s * dy, -s * dx + c * dy))
-        point = base @ rotation.T + position
-        depth = point[:, 2]
-        if np.any(depth <= 0.05):
+        base_x, base_y = c * dx + s * dy, c * dy - s * dx
+        point = rotation @ np.stack((base_x, base_y)) + position[:, None]
+        depth = point[2]
+        if depth.min() <= 0.05:
             return None
-        seen = point[:, :2] / depth[:, None]
-        residual = seen - normalized
-        # d(base)/d(x, y, heading), (N, 2, 3)
-        motion = np.empty((len(base), 2, 3))
-        motion[:, 0, 0], motion[:, 0, 1], motion[:, 0, 2] = -c, -s, base[:, 1]
-        motion[:, 1, 0], motion[:, 1, 1], motion[:, 1, 2] = s, -c, -base[:, 0]
-        # d(seen)/d(base), (N, 2, 2)
-        lens = (rotation[None, :2, :] - seen[:, :, None] * rotation[None, 2:3, :]) / depth[:, None, None]
-        jacobian = lens @ motion
-        size = np.linalg.norm(residual, axis=1)
+        seen = point[:2] / depth
+        residual = seen - normalized.T
+        for axis in range(2):
+            # d(seen)/d(base x, base y), then d(base)/d(x, y, heading)
+            lens_x = (rotation[axis, 0] - seen[axis] * rotation[2, 0]) / depth
+            lens_y = (rotation[axis, 1] - seen[axis] * rotation[2, 1]) / depth
+            rows = jacobian[axis * count : (axis + 1) * count]
+            rows[:, 0] = s * lens_y - c * lens_x
+            rows[:, 1] = -s * lens_x - c * lens_y
+            rows[:, 2] = base_y * lens_x - base_x * lens_y
+        size = np.hypot(residual[0], residual[1])
         bound = 1.5 * max(float(np.median(size)), 0.2 / camera.fx)
-        weight = np.minimum(1.0, bound / np.maximum(size, 1e-12))
-        weighted = jacobian * weight[:, None, None]
-        information = np.einsum("nij,nik->jk", weighted, jacobian)
-        gradient = np.einsum("nij,ni->j", weighted, residual)
+        weight = np.tile(np.minimum(1.0, bound / np.maximum(size, 1e-12)), 2)
+        weighted = (jacobian * weight[:, None]).T
+        information = weighted @ jacobian
         try:
-            step = np.linalg.solve(information, -gradient)
+            step = np.linalg.solve(information, -weighted @ residual.ravel())
         except np.linalg.LinAlgError:
             return None
         pose = Pose2(pose.x + step[0], pose.y + step[1], pose.heading + step[2])
-        if np.abs(step).max() < 1e-6:
+        if np.abs(step).max() < 1e-5:
             break
     if np.linalg.cond(information) > 1e8:
         return None

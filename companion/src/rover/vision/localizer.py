@@ -29,18 +29,22 @@ class LocalizerSettings:
     """search: metres around its expected place in which a feature is looked for, beyond three sigma.
 
     gate: squared Mahalanobis distance up to which a pose is believed (99.9 % of three degrees of freedom).
-    floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. lost_after: refused frames in a row.
+    floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. hop: what a keyframe's own pose adds, for
+    frames placed by the same keyframe share its errors. lost_after: refused frames in a row.
+    enough: matches that agree, at which no further keyframe is asked.
     epsilon: of DBSCAN, metres on the ground.
     """
 
     search: float = 0.05
     gate: float = 16.3
     floor: tuple[float, float, float] = (0.004, 0.004, 0.004)
+    hop: tuple[float, float, float] = (0.004, 0.004, 0.005)
     lost_after: int = 12
+    enough: int = 25
     epsilon: float = 0.16
     min_points: int = 5
     preprocess: PreprocessSettings = field(default_factory=PreprocessSettings)
-    features: FeatureSettings = field(default_factory=FeatureSettings)
+    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=220))
     match: MatchSettings = field(default_factory=MatchSettings)
     ground_pose: GroundPoseSettings = field(default_factory=GroundPoseSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
@@ -140,7 +144,7 @@ class Localizer:
                 continue
             if best is None or found.inliers.sum() > best[0].inliers.sum():
                 best = (found, keyframe, len(matched[0]))
-            if not lost and found.inliers.sum() >= 40:
+            if not lost and found.inliers.sum() >= self.settings.enough:
                 break  # the keyframe placed first is good enough
         if best is None:
             return self._refuse(Fix(frame.time, False, reason, len(features)))
@@ -220,6 +224,8 @@ class Localizer:
     def _keep(
         self, pose: Pose2, covariance: NDArray[np.float64], own: NDArray[np.float32], base: NDArray[np.float64]
     ) -> None:
+        if len(self.keyframes):
+            covariance = covariance + np.diag(np.square(self.settings.hop))
         self.keyframes.add(pose, covariance.copy(), own, pose.transform(base))
 
     def _refuse(self, fix: Fix) -> Fix:

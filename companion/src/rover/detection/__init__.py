@@ -1,0 +1,1 @@
+"""From a thermal picture of the ground to places that may hold a mine (paper section 4)."""

@@ -1,0 +1,56 @@
+"""What an upright obstacle covers in the picture: itself, and the ground radially behind it that its image hides.
+
+On the ground plane a thing of height h at distance d from the camera's foot is drawn out away from the camera up to
+d·z/(z − h), z the height of the lens: its near edge lies where it stands, its far edge does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.mapping.camera_view import CameraView
+
+if TYPE_CHECKING:
+    from rover.mapping.survey_grid import ClassifiedSpot
+
+# A detection counts as an obstacle from this probability on.
+OBSTACLE = 0.5
+# The classifier's blob is this much narrower than the thing, metres on either side.
+GROWN = 0.02
+# How far behind the spot's middle its image may reach, metres: an obstacle of 0.25 m at 0.9 m.
+BEHIND = 0.45
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Masks over the points of a CameraView: where obstacles stand, their middles, and what they hide."""
+
+    obstacle: NDArray[np.bool_]
+    core: NDArray[np.bool_]
+    hidden: NDArray[np.bool_]
+
+
+def obstacle_cover(view: CameraView, detections: Sequence[ClassifiedSpot]) -> Cover:
+    """What the obstacles among the detections of one frame cover."""
+    obstacle = np.zeros(len(view.points), bool)
+    core, hidden = obstacle.copy(), obstacle.copy()
+    for spot in detections:
+        if spot.p.get("obstacle", 0.0) < OBSTACLE:
+            continue
+        dx, dy = spot.x - view.camera.x, spot.y - view.camera.y
+        distance, bearing = math.hypot(dx, dy), math.atan2(dy, dx)
+        radius = max(0.5 * spot.extent, 0.05) + GROWN
+        turn = np.abs((view.bearing - bearing + math.pi) % (2 * math.pi) - math.pi)
+        across = view.range * np.sin(np.minimum(turn, math.pi / 2))
+        along = view.range * np.cos(turn) - distance
+        near = across**2 + along**2
+        obstacle |= near < radius**2
+        core |= near < (0.5 * radius) ** 2
+        hidden |= (across < radius) & (along > 0.0) & (along < BEHIND) & (turn < math.pi / 2)
+    return Cover(obstacle, core, hidden & ~obstacle)

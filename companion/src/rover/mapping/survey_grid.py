@@ -1,0 +1,135 @@
+"""The map of the area: seen ground, occupied ground by camera and by sonar, and the temperature mosaic.
+
+Occupancy is kept as log-odds, one layer per sensor, because the two err in different ways: the camera knows well
+where a thing begins and takes a warm mine for no obstacle; the sonar knows that something stands there, but not where
+in its cone. A cell is occupied when either layer says so. Row 0 lies at y = 0, column 0 at x = 0 of map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.capture.frame import Frame
+from rover.geometry import Pose2
+from rover.mapping.camera_view import CameraView, view_polygon
+from rover.mapping.shadow import obstacle_cover
+from rover.mapping.sonar_cone import cone_update
+from rover.mapping.thermal_anomaly import anomalies
+from rover.vehicle import SonarMount
+from rover.vision.camera import CameraModel
+
+# Log-odds of one frame, their limits, and from where on a cell counts as occupied.
+THERMAL_HIT = 0.9
+THERMAL_FREE = -0.5
+LIMITS = (-3.0, 4.0)
+OCCUPIED = 1.2
+# A frame that shows plain ground takes this from the sonar layer, where no close echo speaks against it.
+SONAR_FREED = -0.35
+# Echoes nearer than this, metres, outweigh the camera once PERSISTENT of them have come.
+CLOSE_ECHO = 0.50
+PERSISTENT = 3
+# A pose less certain than this, metres, still shows the ground but maps obstacles with less weight.
+SURE_POSE = 0.03
+# Frames after which the mosaic forgets the first ones.
+MOSAIC_MEMORY = 50
+
+
+class ClassifiedSpot(Protocol):
+    """What the map needs to know of a detection (`rover.detection.detect`): base_link, metres."""
+
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
+    @property
+    def extent(self) -> float: ...
+    @property
+    def p(self) -> dict[str, float]: ...
+
+
+class SurveyGrid:
+    """Rasters (rows, columns) over an area of width x height metres from map's origin."""
+
+    def __init__(self, width: float, height: float, resolution: float = 0.02) -> None:
+        self.resolution = resolution
+        self.shape = (int(np.ceil(height / resolution - 1e-9)), int(np.ceil(width / resolution - 1e-9)))
+        self.seen: NDArray[np.bool_] = np.zeros(self.shape, bool)
+        self.thermal: NDArray[np.float32] = np.zeros(self.shape, np.float32)
+        self.sonar: NDArray[np.float32] = np.zeros(self.shape, np.float32)
+        self.temperature: NDArray[np.float32] = np.full(self.shape, np.nan, np.float32)
+        self._count = np.zeros(self.shape, np.uint8)
+        self._close = np.zeros(self.shape, np.uint8)
+        self._view: CameraView | None = None
+
+    @property
+    def occupied(self) -> NDArray[np.bool_]:
+        """Cells where the camera or the sonar says that something stands."""
+        return (self.thermal > OCCUPIED) | (self.sonar > OCCUPIED)
+
+    def view_polygon(self, camera: CameraModel) -> NDArray[np.float64]:
+        """Convex outline (N, 2) in base_link of what `integrate_frame` marks as seen on open ground."""
+        return view_polygon(camera)
+
+    def integrate_frame(
+        self, frame: Frame, camera: CameraModel, pose: Pose2, sigma: float, detections: Sequence[ClassifiedSpot]
+    ) -> None:
+        """One frame from `pose`; `sigma`: 1σ of the position in metres; detections of this frame."""
+        if self._view is None or self._view.camera is not camera:
+            self._view = CameraView(camera, 0.75 * self.resolution)
+        view = self._view
+        kelvin = cv2.remap(frame.kelvin(), view.maps, None, cv2.INTER_LINEAR)[:, 0]
+        columns, rows = np.floor(pose.transform(view.points) / self.resolution).astype(np.intp).T
+        inside = (rows >= 0) & (columns >= 0) & (rows < self.shape[0]) & (columns < self.shape[1])
+        if not inside.any():
+            return
+        cover = obstacle_cover(view, detections)
+        shown = ~cover.hidden & ~cover.obstacle
+        strange = anomalies(kelvin)
+        flat = rows * self.shape[1] + columns
+        # Several points fall into a cell: the cell is what any of its points is.
+        cells_shown = _cells(flat[inside & shown], self.shape)
+        cells_hit = _cells(flat[inside & cover.obstacle & (strange | cover.core)], self.shape)
+        self.seen |= cells_shown & ~cells_hit
+        weight = np.float32(1.0 if sigma <= SURE_POSE else SURE_POSE / sigma)
+        free = cells_shown & ~cells_hit
+        self.thermal[cells_hit] += THERMAL_HIT * weight
+        self.thermal[free] += THERMAL_FREE * weight
+        np.clip(self.thermal, *LIMITS, out=self.thermal)
+        self.sonar[free & (self._close < PERSISTENT) & (self.sonar > 0.0)] += SONAR_FREED * weight
+        self._add_temperature(flat[inside & shown], kelvin[inside & shown])
+
+    def _add_temperature(self, flat: NDArray[np.intp], kelvin: NDArray[np.float32]) -> None:
+        size = self.shape[0] * self.shape[1]
+        number = np.bincount(flat, minlength=size)
+        touched = np.nonzero(number)[0]
+        mean = np.bincount(flat, kelvin, minlength=size)[touched] / number[touched]
+        count = np.minimum(self._count.flat[touched] + 1, MOSAIC_MEMORY).astype(np.uint8)
+        before = np.nan_to_num(self.temperature.flat[touched])
+        self.temperature.flat[touched] = before + (mean - before) / count
+        self._count.flat[touched] = count
+
+    def integrate_sonar(self, pose: Pose2, mount: SonarMount, range_m: float | None) -> None:
+        """One ping from `pose`; range_m in metres, None when no echo came back."""
+        update = cone_update(self.shape, self.resolution, pose, mount, range_m, CLOSE_ECHO)
+        if update is None:
+            return
+        at = update.rows, update.columns
+        self.sonar[at] = np.clip(self.sonar[at] + update.change, *LIMITS)
+        close = self._close[at]
+        self._close[at] = np.where(
+            update.near & (update.change > 0.4),
+            np.minimum(close + 1, 2 * PERSISTENT),
+            np.where(update.change < 0.0, np.maximum(close, 1) - 1, close),
+        )
+
+
+def _cells(flat: NDArray[np.intp], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Mask (rows, columns) of the cells with these flat indices."""
+    mask = np.zeros(shape, bool)
+    mask.flat[flat] = True
+    return mask

@@ -1,0 +1,58 @@
+"""The model card: what the classifier was trained on, what it is for, and what it measures on what it never saw."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from rover.detection.patch import LENGTH, SIDE, STATISTICS
+
+from tools.train.measure import as_markdown
+from tools.train.samples import Samples
+
+
+def card(
+    train: Samples,
+    results: dict[str, tuple[np.ndarray, np.ndarray]],
+    temperature: float,
+    sha256: str,
+    options: argparse.Namespace,
+) -> str:
+    """Markdown. results: per test set the labels (N,) and the probabilities (N, classes)."""
+    counts = ", ".join(f"{number} {name}" for name, number in train.counts().items())
+    real = (
+        "Real pictures: Tenorio-Tamayo et al., Data in Brief 49:109443 (CC BY 4.0), not radiometric, learned at random\n"
+        "scales in kelvin; whole zones are held out. The set has few distinct mines: its numbers say little."
+        if options.data is not None
+        else "No real pictures were used."
+    )
+    sections = "\n\n".join(f"### {name}\n\n{as_markdown(labels, p)}" for name, (labels, p) in results.items())
+    return f"""# landmine_mlp.onnx
+
+A multilayer perceptron with 256 and 128 hidden units (paper section 4.2) that tells obstacles, surface mines, buried
+mines and background apart. Input: {LENGTH} numbers per candidate: a {SIDE}x{SIDE} thermal patch, a {SIDE}x{SIDE}
+occupancy patch, {len(STATISTICS)} statistics in kelvin and metres (`rover.detection.patch`). Output: probabilities,
+temperature-scaled (T = {temperature:.2f}).
+
+SHA-256: `{sha256}`
+
+## Training
+
+`python -m tools.train --fields {options.fields} --frames {options.frames} --seed {options.seed}`{" with --data" if options.data is not None else ""}.
+{len(train)} candidates: {counts}. Synthetic fields in loam, dry sand and moist clay at random hours, rendered with the
+plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by the same code that
+runs on the rover. Mines weaker than 0.25 K at the surface are left out of training and test.
+{real}
+
+## Measured on what was never trained on
+
+Counts are candidates of single frames; the rover fuses several frames of a place (`rover.detection.fusion`).
+
+{sections}
+
+## Limits
+
+Trained on simulated heat, one camera geometry (0.75 m mast, 52 degrees down) and two kinds of obstacles. Around the
+two daily zero crossings mines have no contrast and cannot be seen. An indication is a reason to look closer, and the
+absence of one is no statement about the ground.
+"""

@@ -63,7 +63,8 @@ impl Grid {
             for (offset, &cell) in line.iter().enumerate() {
                 if cell != 0 {
                     let squared = self.square_distance_squared(left + offset, row, a, b);
-                    if squared < reach * reach || squared == 0.0 {
+                    // Never through the crack between two squares that share a corner, however thin the robot.
+                    if squared < reach * reach || squared <= TOUCH * TOUCH {
                         return false;
                     }
                 }

@@ -54,6 +54,8 @@ pub struct Outcome {
 
 /// Iterations after which the search for a first solution is given up.
 const PATIENCE: u64 = 200_000;
+/// As many when the lattice has found no way either: what is left are passages finer than its spacing.
+const DOUBT: u64 = 10_000;
 /// Tree extensions before the lattice is asked which goals are possible at all.
 const FIRST_TRY: u64 = 3_000;
 
@@ -208,7 +210,9 @@ fn one_tree<F: Field>(
         let still: Vec<bool> = (0..goals.len())
             .map(|goal| wanted[goal] && ways[goal].is_none())
             .collect();
+        let whole = budget.capped(DOUBT);
         grown.grow(field, goals, &still, growth, random, budget);
+        budget.restore(whole);
         for goal in missing(&ways, &wanted) {
             ways[goal] = grown.reached[goal].map(|node| grown.tree.path_to(node));
         }
@@ -285,10 +289,12 @@ fn single<F: Field>(
         let whole = if attempt == 0 {
             budget.capped(FIRST_TRY)
         } else {
-            if !Lattice::new(field).possible(field, start, &goals, growth.radius)[0] {
+            let lattice = Lattice::new(field);
+            if !lattice.possible(field, start, &goals, growth.radius)[0] {
                 break;
             }
-            budget.capped(u64::MAX)
+            let way = lattice.path(field, start, goal, growth.radius, || false);
+            budget.capped(if way.is_some() { PATIENCE } else { DOUBT })
         };
         let (path, made) = if request.algorithm == Algorithm::RrtStar {
             star::plan(field, start, goal, growth, 0, random, budget)

@@ -5,7 +5,7 @@ use crate::field::Field;
 use crate::geometry::{distance, Point};
 use crate::random::Random;
 use crate::rrt::{steer, uniform_point, Growth};
-use crate::tree::{Tree, ROOT};
+use crate::tree::Tree;
 
 /// The path found and the number of nodes in the tree. Stops at the first solution, or after `extra`
 /// iterations more.
@@ -20,6 +20,7 @@ pub fn plan<F: Field>(
 ) -> (Option<Vec<Point>>, usize) {
     let mut tree = Tree::new(start, field.bounds(), growth.step);
     let mut costs = vec![0.0f64];
+    let mut children: Vec<Vec<u32>> = vec![Vec::new()];
     let (low, high) = field.bounds();
     // γ > 2 (1 + 1/d)^(1/d) (area / π)^(1/d) with d = 2: asymptotically optimal whatever the obstacles.
     let area = (high.x - low.x) * (high.y - low.y);
@@ -61,21 +62,28 @@ pub fn plan<F: Field>(
         }
         let node = tree.add(new, parent); // (eq. 14)
         costs.push(cost);
+        children.push(Vec::new());
+        children[parent].push(node as u32);
         for &near in &neighbours {
             let through = cost + distance(new, tree.points[near]);
+            // The root costs nothing and is never rewired.
             if near != parent
                 && through < costs[near] - 1e-12
                 && field.segment_clear(new, tree.points[near], growth.radius)
             {
+                children[tree.parents[near]].retain(|&child| child as usize != near);
+                children[node].push(near as u32);
                 tree.parents[near] = node;
                 let saved = costs[near] - through;
-                lower_costs(&tree, &mut costs, near, saved);
+                lower_costs(&children, &mut costs, near, saved);
             }
         }
         if goal_node.is_none()
             && distance(new, goal) <= growth.step
             && field.segment_clear(new, goal, growth.radius)
         {
+            children[node].push(tree.points.len() as u32);
+            children.push(Vec::new());
             goal_node = Some(tree.add(goal, node));
             costs.push(cost + distance(new, goal));
         }
@@ -84,15 +92,10 @@ pub fn plan<F: Field>(
 }
 
 /// Takes `saved` off the cost of `node` and of everything below it.
-fn lower_costs(tree: &Tree, costs: &mut [f64], node: usize, saved: f64) {
-    costs[node] -= saved;
+fn lower_costs(children: &[Vec<u32>], costs: &mut [f64], node: usize, saved: f64) {
     let mut pending = vec![node];
-    while let Some(parent) = pending.pop() {
-        for (child, &of) in tree.parents.iter().enumerate() {
-            if of == parent && of != ROOT {
-                costs[child] -= saved;
-                pending.push(child);
-            }
-        }
+    while let Some(at) = pending.pop() {
+        costs[at] -= saved;
+        pending.extend(children[at].iter().map(|&child| child as usize));
     }
 }

@@ -94,10 +94,13 @@ def test_the_list_is_repeatable_and_quick(survey):
     distance = distance_field(free, (0.4, 0.4), RESOLUTION)
     arguments = (seen, free, area, FOOTPRINT, Pose2(0.4, 0.4, 0.0), RESOLUTION, distance)
     first = viewpoints(*arguments, occluders=occluders)
-    began = time.perf_counter()
-    again = viewpoints(*arguments, occluders=occluders)
-    assert time.perf_counter() - began < 0.05  # 5 ms on the desk
-    assert first == again
+    took = []
+    for _ in range(5):
+        began = time.perf_counter()
+        again = viewpoints(*arguments, occluders=occluders)
+        took.append(time.perf_counter() - began)
+        assert first == again
+    assert min(took) < 0.03  # 5 ms on the desk; the best of five, the machine may be busy
 
 
 def test_the_distance_field_goes_around_walls_and_cuts_no_corners():

@@ -15,6 +15,7 @@ use crate::io::Reboot;
 use crate::motion::{MotionLimits, Refusal};
 use crate::parameters::{Parameter, ParameterError, Parameters};
 use crate::segment_inbox::Receipt;
+use crate::storage::{self, Flash};
 use crate::supervisor::{Event, State};
 
 const RESTART: u32 = 0x5242_4F54;
@@ -26,6 +27,29 @@ const VERSION: [u8; 3] = [
     decimal(env!("CARGO_PKG_VERSION_MINOR")),
     decimal(env!("CARGO_PKG_VERSION_PATCH")),
 ];
+
+/// What a ParameterCommand wants of the board's flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StorageOrder {
+    Save,
+    Load,
+}
+
+impl StorageOrder {
+    /// False when the flash failed or holds nothing.
+    pub(crate) fn carry_out(self, parameters: &mut Parameters, flash: &mut impl Flash) -> bool {
+        match self {
+            Self::Save => storage::save(flash, parameters).is_ok(),
+            Self::Load => match storage::load(flash) {
+                Some(loaded) => {
+                    *parameters = loaded;
+                    true
+                }
+                None => false,
+            },
+        }
+    }
+}
 
 impl Core {
     /// Dispatch one message that came in at `now_us`. Unknown ones and wrong lengths move a counter.
@@ -242,7 +266,7 @@ impl Core {
         });
     }
 
-    /// Nothing is stored yet: only the defaults can be had back.
+    /// Save and load wait for the board; everything else is answered here.
     fn parameter_command(&mut self, command: u8) {
         let status = match command {
             _ if self.supervisor.is_powered() => parameter_status::REFUSED_WHILE_ARMED,
@@ -250,9 +274,32 @@ impl Core {
                 self.parameters = Parameters::default();
                 parameter_status::OK
             }
+            parameter_command::SAVE | parameter_command::LOAD if self.has_storage => {
+                self.storage_order = Some(match command {
+                    parameter_command::SAVE => StorageOrder::Save,
+                    _ => StorageOrder::Load,
+                });
+                return;
+            }
             parameter_command::SAVE | parameter_command::LOAD => parameter_status::STORAGE_ERROR,
             _ => parameter_status::UNKNOWN_PARAMETER,
         };
+        self.answer_parameter_command(command, status);
+    }
+
+    pub(crate) fn answer_storage(&mut self, order: StorageOrder, done: bool) {
+        let command = match order {
+            StorageOrder::Save => parameter_command::SAVE,
+            StorageOrder::Load => parameter_command::LOAD,
+        };
+        let status = match done {
+            true => parameter_status::OK,
+            false => parameter_status::STORAGE_ERROR,
+        };
+        self.answer_parameter_command(command, status);
+    }
+
+    fn answer_parameter_command(&mut self, command: u8, status: u8) {
         self.link.send_urgent(&m::ParameterValue {
             identifier: ALL_PARAMETERS,
             value: i32::from(command),

@@ -4,6 +4,7 @@ use rover_protocol::framing::Frame;
 use rover_protocol::messages::{fault_code, State as StateMessage};
 
 use crate::battery::Battery;
+use crate::commands::StorageOrder;
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
 use crate::guard;
@@ -16,6 +17,7 @@ use crate::odometry::{Odometry, WheelGeometry};
 use crate::parameters::{Parameter, Parameters};
 use crate::segment_inbox::SegmentInbox;
 use crate::sonar::Sonar;
+use crate::storage::{self, Flash};
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::telemetry::Schedule;
 use crate::wheels::{wheel_references, Gains, Wheel, WheelReference};
@@ -56,6 +58,9 @@ pub struct Core {
     /// An acknowledgement is owed to the companion.
     pub(crate) status_due: bool,
     pub(crate) reboot: Option<Reboot>,
+    /// The board keeps parameters; a save or load that it has to carry out.
+    pub(crate) has_storage: bool,
+    pub(crate) storage_order: Option<StorageOrder>,
     pub(crate) now_us: u64,
     ticks: u32,
     state_since_us: u64,
@@ -94,6 +99,8 @@ impl Core {
             emergency_input: false,
             status_due: false,
             reboot: None,
+            has_storage: false,
+            storage_order: None,
             now_us: 0,
             ticks: 0,
             state_since_us: 0,
@@ -140,6 +147,30 @@ impl Core {
     /// A restart that was asked for and allowed. The board carries it out.
     pub fn take_reboot(&mut self) -> Option<Reboot> {
         self.reboot.take()
+    }
+
+    /// Take the parameters that were saved, and from now on save them there. Once, before the first tick.
+    pub fn attach_storage(&mut self, flash: &mut impl Flash) {
+        self.has_storage = true;
+        if let Some(parameters) = storage::load(flash) {
+            self.parameters = parameters;
+        }
+    }
+
+    /// Carry out a save or load that was asked for and allowed, if any, and answer it. The motors are off then, so
+    /// the flash may keep the processor for as long as it takes.
+    pub fn serve_storage(&mut self, flash: &mut impl Flash) {
+        let Some(order) = self.storage_order.take() else {
+            return;
+        };
+        // Armed since then, in the very same tick.
+        let done = !self.supervisor.is_powered() && order.carry_out(&mut self.parameters, flash);
+        self.answer_storage(order, done);
+    }
+
+    /// Whether [`Core::serve_storage`] has something to do.
+    pub fn wants_storage(&self) -> bool {
+        self.storage_order.is_some()
     }
 
     /// One millisecond.

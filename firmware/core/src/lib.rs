@@ -37,6 +37,7 @@ mod reports;
 mod segment_inbox;
 mod sonar;
 mod stop;
+pub mod storage;
 mod supervisor;
 mod telemetry;
 mod trigonometry;

@@ -10,6 +10,7 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
+use rover_core::storage::{Flash, FlashError, BLOCK};
 use rover_core::{Core, Identity, Inputs, SonarEcho};
 
 extern "C" {
@@ -22,9 +23,30 @@ fn panic(_: &PanicInfo) -> ! {
     unsafe { rover_core_can_panic() }
 }
 
+/// Flash that may hold anything and fail at any time.
+struct AnyFlash;
+
+impl Flash for AnyFlash {
+    fn erase(&mut self, page: usize) -> Result<(), FlashError> {
+        black_box(page);
+        black_box(Ok(()))
+    }
+
+    fn program(&mut self, page: usize, block: &[u8; BLOCK]) -> Result<(), FlashError> {
+        black_box((page, block));
+        black_box(Ok(()))
+    }
+
+    fn read(&mut self, page: usize, block: &mut [u8; BLOCK]) -> Result<(), FlashError> {
+        black_box((page, block));
+        black_box(Ok(()))
+    }
+}
+
 #[no_mangle]
 extern "C" fn _start() -> ! {
     let mut core = Core::new(black_box(Identity::default()));
+    core.attach_storage(&mut AnyFlash);
     let mut bytes = [0; 64];
     loop {
         let received = black_box(&bytes).get(..black_box(24)).unwrap_or_default();
@@ -41,6 +63,7 @@ extern "C" fn _start() -> ! {
             ..Inputs::default()
         }));
         black_box(outputs);
+        core.serve_storage(&mut AnyFlash);
         black_box(core.take_reboot());
         let frame = core.transmit_frame();
         black_box(frame.as_ref().map(|frame| frame.payload()));

@@ -7,6 +7,7 @@ use rover_core::{Core, Inputs, Reboot};
 use crate::encoders::Encoders;
 use crate::motors::Motors;
 use crate::pins::PanelPins;
+use crate::storage::ParameterFlash;
 use crate::{battery, emergency, life, link, reset, sonar};
 
 const PERIOD: Duration = Duration::from_millis(1);
@@ -16,6 +17,7 @@ pub struct Hardware {
     pub encoders: Encoders,
     pub motors: Motors,
     pub panel: PanelPins,
+    pub flash: ParameterFlash,
 }
 
 #[task]
@@ -45,6 +47,10 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
             hardware.motors.drive(outputs.duty_left, outputs.duty_right);
         } else {
             hardware.motors.coast();
+        }
+        if core.wants_storage() {
+            life::allow_flash_write();
+            core.serve_storage(&mut hardware.flash);
         }
         if let Some(sensor) = outputs.sonar_trigger {
             sonar::TRIGGER.signal(sensor);

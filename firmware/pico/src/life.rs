@@ -3,6 +3,7 @@
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_executor::task;
+use embassy_rp::pac;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 
@@ -13,6 +14,17 @@ const TIMEOUT: Duration = Duration::from_millis(100);
 const CHECK: Duration = Duration::from_millis(20);
 /// How long a task may wait for work before it shows life again.
 pub const IDLE: Duration = Duration::from_millis(15);
+
+/// Erasing a sector takes 45 ms, and 400 ms when the flash is old; nothing else runs meanwhile.
+const FLASH_WRITE_US: u32 = 800_000;
+
+/// Give the watchdog time for one write to flash. Its next feeding goes back to [`TIMEOUT`].
+pub fn allow_flash_write() {
+    // The RP2040 counts two for each microsecond (erratum E1).
+    pac::WATCHDOG
+        .load()
+        .write_value(pac::watchdog::regs::Load(2 * FLASH_WRITE_US));
+}
 
 /// What one task sets and the watchdog clears.
 pub struct Sign(AtomicBool);

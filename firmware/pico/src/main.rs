@@ -17,6 +17,7 @@ mod motors;
 mod pins;
 mod reset;
 mod sonar;
+mod storage;
 
 use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
 use embassy_rp::interrupt;
@@ -80,15 +81,19 @@ async fn main(spawner: Spawner) {
     edges.spawn(once(sonar::run(board.sonars)));
 
     static CORE: StaticCell<Core> = StaticCell::new();
+    let core = CORE.init(Core::new(identity));
+    let mut flash = storage::ParameterFlash::new(board.flash);
+    core.attach_storage(&mut flash);
     let hardware = control::Hardware {
         encoders: encoders::Encoders::new(board.encoders),
         motors: motors::Motors::new(board.motors),
         panel: board.panel,
+        flash,
     };
     interrupt::SWI_IRQ_1.set_priority(Priority::P2);
     CONTROL
         .start(interrupt::SWI_IRQ_1)
-        .spawn(once(control::run(CORE.init(Core::new(identity)), hardware)));
+        .spawn(once(control::run(core, hardware)));
 
     spawner.spawn(once(life::run(watchdog)));
 }

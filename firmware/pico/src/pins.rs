@@ -4,8 +4,8 @@
 
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
-    ADC, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO0, PWM_SLICE3, UART0,
-    WATCHDOG,
+    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO0, PWM_SLICE3,
+    UART0, WATCHDOG,
 };
 use embassy_rp::{Peri, Peripherals};
 
@@ -94,6 +94,8 @@ pub struct Board {
     /// Normally closed switch to ground, GP28: a broken wire stops the rover.
     pub emergency_stop: Input<'static>,
     pub watchdog: Peri<'static, WATCHDOG>,
+    /// On the board, for parameters.
+    pub flash: Peri<'static, FLASH>,
 }
 
 impl Board {
@@ -146,6 +148,7 @@ impl Board {
             },
             emergency_stop: Input::new(p.PIN_28, Pull::Up),
             watchdog: p.WATCHDOG,
+            flash: p.FLASH,
         }
     }
 }

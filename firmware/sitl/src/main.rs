@@ -1,13 +1,16 @@
 //! `rover-sitl`: the very core that runs on the board, as a process whose time is what its caller says.
 
 mod options;
+mod parameter_file;
 mod serial;
 mod tick_pipe;
 
 use std::io::{self, Read, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use options::{Options, USAGE};
+use parameter_file::ParameterFile;
 use rover_core::{board, reset_cause, Core, Identity};
 use serial::Serial;
 use tick_pipe::{encode_reply, Request, REQUEST};
@@ -36,11 +39,11 @@ fn main() -> ExitCode {
 
 /// Tick until the requests end.
 fn run(options: &Options) -> io::Result<()> {
-    let mut core = Core::new(Identity {
-        board: board::SITL,
-        git_hash: options.git_hash,
-        reset_cause: reset_cause::POWER_ON,
-    });
+    let mut storage = match &options.parameters {
+        Some(path) => Some(ParameterFile::open(path).map_err(|error| named(path, &error))?),
+        None => None,
+    };
+    let mut core = start(options, reset_cause::POWER_ON, &mut storage);
     let mut serial = Serial::open(options.serial, options.baud);
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
     let mut bytes = [0; REQUEST];
@@ -56,6 +59,9 @@ fn run(options: &Options) -> io::Result<()> {
             return Ok(());
         }
         let outputs = core.tick(&request.inputs);
+        if let Some(storage) = &mut storage {
+            core.serve_storage(storage);
+        }
         serial.transmit(&mut core, now_us);
         let reply = encode_reply(&outputs, serial.bytes_sent());
         match replies.write_all(&reply).and_then(|()| replies.flush()) {
@@ -64,11 +70,27 @@ fn run(options: &Options) -> io::Result<()> {
         }
         if core.take_reboot().is_some() {
             // The bootloader has nothing to load here: both kinds of restart start the core anew.
-            core = Core::new(Identity {
-                board: board::SITL,
-                git_hash: options.git_hash,
-                reset_cause: reset_cause::SOFTWARE,
-            });
+            core = start(options, reset_cause::SOFTWARE, &mut storage);
         }
     }
+}
+
+/// A core that has just been switched on.
+fn start(options: &Options, reset_cause: u8, storage: &mut Option<ParameterFile>) -> Core {
+    let mut core = Core::new(Identity {
+        board: board::SITL,
+        git_hash: options.git_hash,
+        reset_cause,
+    });
+    if let Some(storage) = storage {
+        core.attach_storage(storage);
+    }
+    core
+}
+
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(
+        error.kind(),
+        format!("--parameters {}: {error}", path.display()),
+    )
 }

@@ -1,21 +1,25 @@
 //! The command line of `rover-sitl`.
 
 use std::os::fd::RawFd;
+use std::path::PathBuf;
 
 pub const USAGE: &str = "\
-usage: rover-sitl --serial-fd N [--baud 230400] [--git-hash HEX]
+usage: rover-sitl --serial-fd N [--baud 230400] [--git-hash HEX] [--parameters FILE]
 
 Runs the rover's firmware in virtual time: one 40-byte request on stdin is one millisecond, answered by one
 16-byte reply on stdout. N is an open descriptor of the serial line (a pty's master or a socket).
+With --parameters, saved parameters are kept in FILE, which is made if it does not exist.
 Ends when stdin ends.";
 
 /// What the process was asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
     pub serial: RawFd,
     /// Bits per second; ten of them carry a byte.
     pub baud: u32,
     pub git_hash: u32,
+    /// Where saved parameters are kept; without, a save fails.
+    pub parameters: Option<PathBuf>,
 }
 
 impl Options {
@@ -27,6 +31,7 @@ impl Options {
     ) -> Result<Self, String> {
         let mut arguments = arguments;
         let mut serial = None;
+        let mut parameters = None;
         let mut baud = 230_400;
         let mut git_hash = built_hash.map_or(0, |hash| parse_hash(hash).unwrap_or(0));
         while let Some(name) = arguments.next() {
@@ -40,6 +45,7 @@ impl Options {
             match name.as_str() {
                 "--serial-fd" => serial = Some(number(0)? as RawFd),
                 "--baud" => baud = number(1200)?,
+                "--parameters" => parameters = Some(PathBuf::from(&value)),
                 "--git-hash" => git_hash = parse_hash(&value)?,
                 _ => return Err(format!("{name} is not known")),
             }
@@ -50,6 +56,7 @@ impl Options {
                 serial,
                 baud,
                 git_hash,
+                parameters,
             }),
             _ => Err("--serial-fd is missing".into()),
         }
@@ -78,7 +85,8 @@ mod tests {
             Ok(Options {
                 serial: 5,
                 baud: 230_400,
-                git_hash: 0
+                git_hash: 0,
+                parameters: None,
             })
         );
         assert!(parse("").is_err());

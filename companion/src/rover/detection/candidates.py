@@ -49,7 +49,7 @@ def find_candidates(image: GroundImage, most: int = MOST) -> list[Candidate]:
     found: list[tuple[float, Candidate]] = []
     for sigma in SIGMAS:
         answer = _difference(plain, valid, sigma / scale)
-        found += _peaks(answer, around, sigma, scale)
+        found += _peaks(answer, around, sigma, scale, most)
     found.sort(key=lambda pair: -pair[0])
     return _thin([candidate for _, candidate in found], SPACING / scale, most)
 
@@ -71,15 +71,17 @@ def _difference(plain: NDArray[np.float32], valid: NDArray[np.bool_], sigma: flo
 
 
 def _peaks(
-    answer: NDArray[np.float32], around: NDArray[np.bool_], sigma: float, scale: float
+    answer: NDArray[np.float32], around: NDArray[np.bool_], sigma: float, scale: float, most: int
 ) -> list[tuple[float, Candidate]]:
-    """Local extremes of one scale, each with its strength."""
+    """The strongest local extremes of one scale, each with its strength."""
     noise = 1.4826 * float(np.median(np.abs(answer[around]))) if around.any() else 0.0
     least = max(LEAST_KELVIN, LEAST_SIGMAS * noise)
     size = 2 * max(1, round(0.7 * sigma / scale)) + 1
     strength = np.abs(answer)
     peak = (strength >= cv2.dilate(strength, np.ones((size, size), np.uint8))) & around & (strength >= least)
-    rows, columns = np.nonzero(peak)
+    flat = np.flatnonzero(peak)
+    flat = flat[np.argsort(-strength.flat[flat], kind="stable")[:most]]
+    rows, columns = np.unravel_index(flat, strength.shape)
     return [
         (
             float(strength[r, c]),

@@ -11,6 +11,9 @@ from rover.detection.classifier import Classifier
 from rover.detection.ground_image import GroundImage
 from rover.detection.patch import describe
 
+# The middle of the picture of a mine on the surface lies this high above the soil, metres.
+CASING_MIDDLE = 0.03
+
 
 @dataclass(frozen=True)
 class DetectSettings:
@@ -48,13 +51,22 @@ def detect(image: GroundImage, classifier: Classifier, settings: DetectSettings)
     probabilities = classifier.predict(describe(image, candidates))
     points = image.to_base(np.array([(c.row, c.column) for c in candidates]))
     found = []
-    for candidate, row, (x, y) in zip(candidates, probabilities.tolist(), points.tolist(), strict=True):
+    for candidate, row, point in zip(candidates, probabilities.tolist(), points.tolist(), strict=True):
         p = dict(zip(classifier.classes, row, strict=True))
+        x, y = _foot(point[0], point[1], p["surface"], image.eye)
         if 1.0 - p["background"] >= settings.least_other:
             found.append(
                 Detection(x, y, candidate.extent, p, _box(candidate, image.metres_per_pixel), candidate.answer)
             )
     return found
+
+
+def _foot(x: float, y: float, surface: float, eye: tuple[float, float, float] | None) -> tuple[float, float]:
+    """Where a thing stands whose picture is at (x, y): a casing above the soil appears farther from the lens."""
+    if eye is None:
+        return x, y
+    back = surface * CASING_MIDDLE / eye[2]
+    return x - back * (x - eye[0]), y - back * (y - eye[1])
 
 
 def _box(candidate: Candidate, metres_per_pixel: float) -> tuple[int, int, int, int]:

@@ -29,6 +29,7 @@ class GroundImage:
     valid: (h, w) bool, False outside the picture.
     metres_per_pixel: the same along both axes.
     far, left: base_link x of row 0 and y of column 0, at the pixels' centres, metres.
+    eye: the lens in base_link (x, y, z), metres; None for a picture taken from straight above.
     """
 
     kelvin: NDArray[np.float32]
@@ -36,6 +37,7 @@ class GroundImage:
     metres_per_pixel: float = METRES_PER_PIXEL
     far: float = 0.0
     left: float = 0.0
+    eye: tuple[float, float, float] | None = None
     known_median: float | None = field(default=None, repr=False)
 
     @cached_property
@@ -89,7 +91,8 @@ class GroundRectifier:
         kelvin = cv2.remap(frame.kelvin(), *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         median = float(np.median(kelvin[self.valid]))
         kelvin[~self.valid] = median
-        return GroundImage(kelvin, self.valid, self._scale, self._far, self._left, median)
+        eye = (self.camera.x, self.camera.y, self.camera.z)
+        return GroundImage(kelvin, self.valid, self._scale, self._far, self._left, eye, median)
 
 
 def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> GroundImage:

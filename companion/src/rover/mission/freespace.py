@@ -23,6 +23,12 @@ Mask = NDArray[np.bool_]
 # What the map may be wrong by: localization (5 cm allowed, 2 cm usual) and half a cell.
 MARGIN = 0.04
 
+# The furthest that a wheel's contact reaches from the rover's centre, metres: 0.10 aside, half a tyre wide and long.
+WHEEL_REACH = 0.12
+
+# Half the extent of what a zone is drawn around, metres.
+MINE_RADIUS = 0.06
+
 # A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
 # must not stop the rover.
 CHECK_TOLERANCE = 0.02
@@ -64,7 +70,9 @@ def free_space(
         solid |= disc_mask(seen.shape, resolution, x, y, r)
     blocked = solid | ~shown
     for zone in zones:
-        blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, zone.radius)
+        # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
+        core = max(zone.radius - (radius - WHEEL_REACH), MINE_RADIUS)
+        blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, core)
     return FreeSpace(
         blocked=blocked,
         free=_erode(blocked, resolution, radius + MARGIN),

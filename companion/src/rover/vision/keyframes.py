@@ -24,7 +24,7 @@ class KeyframeSettings:
     """
 
     view_ahead: float = 0.5
-    near: float = 0.40
+    near: float = 0.32
     new_after: float = 0.18
     new_turn: float = 0.6
     limit: int = 400

@@ -1,0 +1,255 @@
+//! Python's `NativeField`: a map to plan on.
+
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{array_of, flat, points, require};
+use crate::budget::Budget;
+use crate::circles::Circles;
+use crate::field::Field;
+use crate::geometry::Point;
+use crate::grid::Grid;
+use crate::planner::{self, Algorithm, Request};
+use crate::random::Random;
+use crate::rrt::{Grown, Growth};
+use crate::tree;
+
+enum Map {
+    Circles(Circles),
+    Grid(Grid),
+}
+
+/// A map that the planner can ask: circles in a rectangle, or blocked cells.
+#[pyclass(frozen)]
+pub struct NativeField {
+    map: Map,
+}
+
+macro_rules! on {
+    ($map:expr, $field:ident => $body:expr) => {
+        match $map {
+            Map::Circles($field) => $body,
+            Map::Grid($field) => $body,
+        }
+    };
+}
+
+#[pymethods]
+impl NativeField {
+    /// `obstacles`: (N, 3) of x, y, radius in metres; the field is [0, width] × [0, height].
+    #[staticmethod]
+    fn circles(width: f64, height: f64, obstacles: PyReadonlyArray2<'_, f64>) -> PyResult<Self> {
+        require(
+            width.is_finite() && height.is_finite() && width > 0.0 && height > 0.0,
+            "width and height must be positive",
+        )?;
+        require(
+            obstacles.shape()[1] == 3,
+            "obstacles must have three columns: x, y, radius",
+        )?;
+        let circles: Vec<(Point, f64)> = obstacles
+            .as_array()
+            .rows()
+            .into_iter()
+            .map(|row| (Point::new(row[0], row[1]), row[2]))
+            .collect();
+        require(
+            circles
+                .iter()
+                .all(|(p, r)| p.x.is_finite() && p.y.is_finite() && r.is_finite() && *r >= 0.0),
+            "obstacles must be finite, with a radius of at least 0",
+        )?;
+        Ok(Self {
+            map: Map::Circles(Circles {
+                width,
+                height,
+                obstacles: circles,
+            }),
+        })
+    }
+
+    /// `blocked`: (rows, columns), row 0 at `origin_y`; not 0 is blocked.
+    #[staticmethod]
+    fn grid(
+        blocked: PyReadonlyArray2<'_, u8>,
+        resolution: f64,
+        origin_x: f64,
+        origin_y: f64,
+    ) -> PyResult<Self> {
+        require(
+            resolution.is_finite() && resolution > 0.0,
+            "resolution must be positive",
+        )?;
+        require(
+            origin_x.is_finite() && origin_y.is_finite(),
+            "origin must be finite",
+        )?;
+        let (cells, columns, rows) = flat(&blocked);
+        require(columns > 0 && rows > 0, "the grid has no cells")?;
+        Ok(Self {
+            map: Map::Grid(Grid::new(
+                cells,
+                columns,
+                rows,
+                resolution,
+                Point::new(origin_x, origin_y),
+            )),
+        })
+    }
+
+    /// (x_min, y_min, x_max, y_max).
+    #[getter]
+    fn bounds(&self) -> (f64, f64, f64, f64) {
+        let (low, high) = on!(&self.map, field => field.bounds());
+        (low.x, low.y, high.x, high.y)
+    }
+
+    /// Distance to the nearest obstacle or wall for each of the (N, 2) points.
+    fn clearance<'py>(
+        &self,
+        py: Python<'py>,
+        at: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let values = points(&at)?
+            .into_iter()
+            .map(|p| on!(&self.map, field => field.clearance(p)));
+        Ok(PyArray1::from_iter(py, values))
+    }
+
+    /// True when a disc of `radius` swept from a to b stays inside and touches nothing.
+    fn segment_clear(&self, a: (f64, f64), b: (f64, f64), radius: f64) -> bool {
+        let (a, b) = (Point::new(a.0, a.1), Point::new(b.0, b.1));
+        on!(&self.map, field => field.segment_clear(a, b, radius))
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    #[pyo3(signature = (start, goals, algorithm, radius, seed, iterations, budget_ms, any_order, start_escape,
+                        corner_cost, step=None, bias=None))]
+    fn plan<'py>(
+        &self,
+        py: Python<'py>,
+        start: (f64, f64),
+        goals: PyReadonlyArray2<'py, f64>,
+        algorithm: &str,
+        radius: f64,
+        seed: u64,
+        iterations: Option<u64>,
+        budget_ms: Option<f64>,
+        any_order: bool,
+        start_escape: f64,
+        corner_cost: f64,
+        step: Option<f64>,
+        bias: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let request = Request {
+            start: Point::new(start.0, start.1),
+            goals: points(&goals)?,
+            algorithm: algorithm_of(algorithm)?,
+            radius,
+            seed,
+            iterations,
+            budget_ms,
+            any_order,
+            start_escape,
+            corner_cost,
+            step,
+            bias,
+        };
+        check(&request)?;
+        let map = &self.map;
+        let outcome = py.detach(|| on!(map, field => planner::plan(field, &request)));
+        let result = PyDict::new(py);
+        result.set_item("order", outcome.order)?;
+        result.set_item("path", array_of(py, &outcome.path)?)?;
+        result.set_item("goal_indices", outcome.goal_indices)?;
+        result.set_item("unreachable", outcome.unreachable)?;
+        result.set_item("iterations", outcome.iterations)?;
+        result.set_item("nodes", outcome.nodes)?;
+        result.set_item("time_ms", outcome.time_ms)?;
+        result.set_item("first_solution_ms", outcome.first_ms)?;
+        result.set_item("start_blocked", outcome.start_blocked)?;
+        Ok(result)
+    }
+
+    /// Figure 3's tree alone: (nodes (N, 2), parents (-1 for the root), node per goal or -1, iterations).
+    #[allow(clippy::too_many_arguments, clippy::type_complexity)]
+    fn multi_goal_tree<'py>(
+        &self,
+        py: Python<'py>,
+        start: (f64, f64),
+        goals: PyReadonlyArray2<'py, f64>,
+        radius: f64,
+        seed: u64,
+        iterations: u64,
+        step: f64,
+        bias: f64,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Vec<i64>, Vec<i64>, u64)> {
+        let goals = points(&goals)?;
+        let growth = Growth { radius, step, bias };
+        require(step.is_finite() && step > 0.0, "step must be positive")?;
+        let mut random = Random::new(seed);
+        let mut budget = Budget::new(iterations);
+        let wanted = vec![true; goals.len()];
+        let start = Point::new(start.0, start.1);
+        let grown = on!(&self.map, field => {
+            let mut grown = Grown::new(field, start, &goals, growth);
+            grown.grow(field, &goals, &wanted, growth, &mut random, &mut budget);
+            grown
+        });
+        let signed = |index: usize| {
+            if index == tree::ROOT {
+                -1
+            } else {
+                index as i64
+            }
+        };
+        Ok((
+            array_of(py, &grown.tree.points)?,
+            grown.tree.parents.iter().map(|&p| signed(p)).collect(),
+            grown
+                .reached
+                .iter()
+                .map(|node| node.map_or(-1, signed))
+                .collect(),
+            budget.used,
+        ))
+    }
+}
+
+fn algorithm_of(name: &str) -> PyResult<Algorithm> {
+    match name {
+        "rrt" => Ok(Algorithm::Rrt),
+        "rrt-star" => Ok(Algorithm::RrtStar),
+        "goal-seeking" => Ok(Algorithm::GoalSeeking),
+        "multi-goal" => Ok(Algorithm::MultiGoal),
+        _ => Err(PyValueError::new_err(format!("unknown algorithm {name:?}"))),
+    }
+}
+
+fn check(request: &Request) -> PyResult<()> {
+    let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
+    let positive = |value: Option<f64>| value.is_none_or(|v| v.is_finite() && v > 0.0);
+    require(finite(&request.start), "the start is not finite")?;
+    require(request.goals.iter().all(finite), "a goal is not finite")?;
+    require(
+        request.radius.is_finite() && request.radius >= 0.0,
+        "the robot's radius must be at least 0",
+    )?;
+    require(positive(request.step), "the step must be positive")?;
+    require(
+        request.bias.is_none_or(|b| (0.0..=1.0).contains(&b)),
+        "the bias must be between 0 and 1",
+    )?;
+    require(
+        request.budget_ms.is_none_or(|b| b.is_finite() && b >= 0.0),
+        "the time budget must be at least 0",
+    )?;
+    require(
+        request.start_escape.is_finite()
+            && request.corner_cost.is_finite()
+            && request.corner_cost >= 0.0,
+        "start escape and corner cost must be finite",
+    )
+}

@@ -1,5 +1,6 @@
 //! The process as its callers see it: ticks over pipes, the serial line over a socket pair, virtual time.
 
+use std::ffi::OsStr;
 use std::io::{Read, Write};
 use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
@@ -29,12 +30,17 @@ struct Reply {
 
 impl Rig {
     fn start() -> Self {
+        Self::start_with(&[])
+    }
+
+    fn start_with(options: &[&OsStr]) -> Self {
         let (ours, theirs) = UnixStream::pair().unwrap();
         let descriptor = theirs.as_raw_fd();
         let mut command = Command::new(env!("CARGO_BIN_EXE_rover-sitl"));
         command
             .args(["--serial-fd", &descriptor.to_string()])
             .args(["--git-hash", "0123456789abcdef"])
+            .args(options)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped());
         // SAFETY: between fork and exec only fcntl is called, which is async-signal-safe.
@@ -187,4 +193,33 @@ fn ends_when_its_requests_end() {
     rig.tick();
     rig.requests = None;
     assert!(rig.child.wait().unwrap().success());
+}
+
+#[test]
+fn saved_parameters_are_in_the_file_for_the_next_process() {
+    let folder = std::env::temp_dir().join(format!("rover-sitl-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("parameters");
+    let options = [OsStr::new("--parameters"), file.as_os_str()];
+    let ask = |rig: &mut Rig| {
+        rig.send(&m::ParameterGet { identifier: 1 });
+        for _ in 0..20 {
+            rig.tick();
+        }
+        Rig::find::<m::ParameterValue>(&rig.frames()).unwrap().value
+    };
+    let mut rig = Rig::start_with(&options);
+    assert_eq!(ask(&mut rig), 300);
+    rig.send(&m::ParameterSet {
+        identifier: 1,
+        value: 400,
+    });
+    rig.send(&m::ParameterCommand {
+        command: m::parameter_command_command::SAVE,
+    });
+    rig.tick();
+    assert_eq!(ask(&mut rig), 400);
+    drop(rig);
+    assert_eq!(ask(&mut Rig::start_with(&options)), 400);
+    std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -33,6 +33,9 @@ BURST = 8
 IN_FLIGHT = 24
 """Segments sent and not acknowledged, at most."""
 
+STALE = 256
+"""An acknowledgement up to this many indexes behind is an old one that came late: it takes nothing back."""
+
 START_MARGIN = 0.04
 """Seconds ahead of its start time at which a run must be on its way."""
 
@@ -141,7 +144,7 @@ class SegmentStream:
             self._sent -= advance
             self._base = status.next_index
             self.accepted += advance
-        elif advance != 0:
+        elif advance > 0 or advance < -STALE:
             # The firmware counts from elsewhere (it has restarted): what waits takes the indexes that it expects.
             self._base = status.next_index
             self._sent = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 
 import cv2
@@ -81,7 +82,7 @@ def assemble(
         surveyed_area=float(shown.sum()) * grid.resolution**2,
         safety=_safety(referee),
         localization=_localization(survey, track, out),
-        link=figures.as_dict(),
+        link=asdict(figures),
         timeline=tuple(TimelineEntry(at - start, text) for at, text in survey.timeline),
         final_pose=track.final_pose,
         robot_radius=survey.vehicle.radius,
@@ -117,11 +118,11 @@ def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
 def _cut(survey: Survey, x: float, y: float) -> NDArray[np.float32] | None:
     """Kelvin around a place, row 0 at the top; None where nothing was seen."""
     grid = survey.perception.grid
-    row, column = int(y / grid.resolution), int(x / grid.resolution)
     half = round(THUMBNAIL_HALF / grid.resolution)
-    top, left = max(row - half, 0), max(column - half, 0)
-    cut = grid.temperature[top : row + half + 1, left : column + half + 1]
-    return cut[::-1].copy() if cut.size and np.isfinite(cut).any() else None
+    padded = np.pad(grid.temperature, half, constant_values=np.nan)
+    row, column = int(y / grid.resolution), int(x / grid.resolution)
+    cut = padded[row : row + 2 * half + 1, column : column + 2 * half + 1]
+    return cut[::-1].copy() if np.isfinite(cut).any() else None
 
 
 def _obstacles(survey: Survey) -> tuple[ObstacleResult, ...]:
@@ -163,12 +164,17 @@ def _safety(referee: dict[str, float | None] | None) -> Safety:
     if referee is None:
         return Safety()
     return Safety(
-        collisions=int(referee["collisions"] or 0),
-        keepout_violations=int(referee["keepout_violations"] or 0),
-        unseen_ground=float(referee["unseen_ground_m2"] or 0.0),
-        min_clearance=referee["min_clearance_m"],
-        wheel_over_mine=int(referee["wheel_over_mine"] or 0),
+        collisions=_count(referee, "collisions"),
+        keepout_violations=_count(referee, "keepout_violations"),
+        unseen_ground=referee.get("unseen_ground_m2"),
+        min_clearance=referee.get("min_clearance_m"),
+        wheel_over_mine=_count(referee, "wheel_over_mine"),
     )
+
+
+def _count(referee: dict[str, float | None], key: str) -> int | None:
+    value = referee.get(key)
+    return None if value is None else int(value)
 
 
 def _localization(survey: Survey, track: Track, out: Path) -> Localization:

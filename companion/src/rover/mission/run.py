@@ -27,6 +27,7 @@ from rover.mission.perception import Perception
 from rover.mission.survey import Orders, Outcome, Survey
 from rover.mission.track import Track
 from rover.record.recording import Recording
+from rover.record.tum import write_tum
 from rover.report.result import Identities, RunResult, WallClock
 from rover.report.write import write_run
 from rover.vehicle import Vehicle
@@ -112,6 +113,7 @@ def run_mission(
     assert survey.outcome is not None
     result = assemble(survey, run.track, run.link.figures(), identities, referee, out)
     result = replace(result, out=str(out), wall_clock=WallClock(wall, result.duration / wall))
+    write_tum(out / "trajectory.tum", run.track.fused)
     write_run(result, out)
     return result
 
@@ -161,8 +163,12 @@ class _Run:
             {"t": zone.since, "until": zone.until, "id": zone.id, "x": zone.x, "y": zone.y, "r": zone.radius}
             for zone in self.survey.perception.keepout.history
         ]
+        detections = [
+            {"id": place.id, "class": place.kind, "x": place.x, "y": place.y}
+            for place in self.survey.perception.indications
+        ]
         try:
-            return self.rig.finish(zones)
+            return self.rig.finish(zones, detections)
         except LinkLost:
             return None
 

@@ -7,13 +7,13 @@ longitude unawares. With the geographic position of the map's origin the coordin
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rover.record.strict_json import document
 from rover.report.result import DetectionResult, GoalResult, RunResult, detection_json, goal_json
 
 EARTH_RADIUS = 6_371_008.8
@@ -61,21 +61,21 @@ def results_geojson(result: RunResult, reference: Georeference | None = None) ->
         features.append(_feature("LineString", path, {"kind": "path", "length_m": round(result.distance, 4)}))
     corners = [(0.0, 0.0), (result.area_width, 0.0), (result.area_width, result.area_height), (0.0, result.area_height)]
     features.append(_feature("Polygon", [_ring(corners, project)], {"kind": "area", "mission": result.mission}))
-    document: dict[str, Any] = {"type": "FeatureCollection", "features": features}
+    collection: dict[str, Any] = {"type": "FeatureCollection", "features": features}
     if reference is None:
-        document["rover:frame"] = {
+        collection["rover:frame"] = {
             "name": "map",
             "units": "metre",
             "axes": "x right, y up, origin at the lower left corner of the area",
             "note": "local coordinates, not longitude and latitude: the mission gave no geographic origin",
         }
-    document["rover:simulated"] = result.identities.simulated
-    return document
+    collection["rover:simulated"] = result.identities.simulated
+    return collection
 
 
 def write_geojson(path: Path, result: RunResult, reference: Georeference | None = None) -> None:
     """Writes the results of a run."""
-    path.write_text(json.dumps(results_geojson(result, reference), indent=1) + "\n", encoding="utf-8")
+    path.write_text(document(results_geojson(result, reference), indent=1), encoding="utf-8")
 
 
 def _detection(detection: DetectionResult, project: Project) -> dict[str, Any]:

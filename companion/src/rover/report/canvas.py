@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from rover.report.palette import HATCH, INK, UNSEEN, WHITE, Colour
 SHIFT = 4
 """Bits of a fraction of a pixel that OpenCV's drawing calls take."""
 
-Raster = NDArray[np.generic]
+Raster = NDArray[Any]
 
 
 class Canvas:
@@ -49,7 +51,7 @@ class Canvas:
             ]
         )
         flags = (cv2.INTER_LINEAR if smooth else cv2.INTER_NEAREST) | cv2.WARP_INVERSE_MAP
-        source = cells.astype(np.float32 if smooth else np.uint8)
+        source: Raster = cells.astype(np.float32 if smooth else np.uint8)
         border = cv2.BORDER_REPLICATE if smooth else cv2.BORDER_CONSTANT
         return np.asarray(cv2.warpAffine(source, matrix, (self.columns, self.rows), flags=flags, borderMode=border))
 
@@ -68,24 +70,32 @@ class Canvas:
         """A polyline through points (N, 2) of the map."""
         if len(points) == 0:
             return
-        pixels = np.stack(self.pixel(points[:, 0], points[:, 1]), axis=1)  # type: ignore[arg-type]
-        fixed = np.round(pixels * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
+        fixed = self._fixed_all(points)
         cv2.polylines(self.image, [fixed], closed, colour, width, cv2.LINE_AA, SHIFT)
 
     def polygon(self, points: NDArray[np.float64], colour: Colour) -> None:
         """A filled polygon of points (N, 2) of the map."""
-        pixels = np.stack(self.pixel(points[:, 0], points[:, 1]), axis=1)  # type: ignore[arg-type]
-        fixed = np.round(pixels * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
+        fixed = self._fixed_all(points)
         cv2.fillPoly(self.image, [fixed], colour, cv2.LINE_AA, SHIFT)
 
-    def label(self, x: float, y: float, text: str, colour: Colour, offset: tuple[int, int], size: int = 20) -> None:
-        """Text with a halo beside a point of the map."""
+    def badge(self, x: float, y: float, text: str, colour: Colour, distance: float, size: int = 20) -> None:
+        """White text on a plate at the upper right of a point of the map, `distance` pixels away, inside the field."""
         column, row = self.pixel(x, y)
-        draw_text(self.image, text, (round(column) + offset[0], round(row) + offset[1]), colour, size, halo=WHITE)
+        width = text_width(text, size)
+        left = min(round(column + distance), self.left + self.columns - width - 14)
+        bottom = max(round(row - distance), self.top + size + 12)
+        corner, opposite = (left, bottom - size - 8), (left + width + 12, bottom)
+        cv2.rectangle(self.image, corner, opposite, colour, -1)
+        cv2.rectangle(self.image, corner, opposite, WHITE, 1, cv2.LINE_AA)
+        draw_text(self.image, text, (left + 6, bottom - 6), WHITE, size, bold=True)
 
     def _fixed(self, x: float, y: float) -> tuple[int, int]:
         column, row = self.pixel(x, y)
         return round(column * (1 << SHIFT)), round(row * (1 << SHIFT))
+
+    def _fixed_all(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
+        pixels = points * (self.scale, -self.scale) + np.array([self.left, self.top + self.rows])
+        return np.asarray(np.round(pixels * (1 << SHIFT)), dtype=np.int32).reshape(-1, 1, 2)
 
     @staticmethod
     def _length(pixels: float) -> int:
@@ -98,15 +108,20 @@ def draw_text(
     position: tuple[int, int],
     colour: Colour = INK,
     size: int = 20,
-    halo: Colour | None = None,
     bold: bool = False,
 ) -> None:
     """Text with its baseline's left end at `position`; `size`: height of the letters in pixels, about."""
-    scale = size / 30.0
-    width = max(1, round(size / 15.0)) + int(bold)
-    if halo is not None:
-        cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, scale, halo, width + 4, cv2.LINE_AA)
-    cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, scale, colour, width, cv2.LINE_AA)
+    cv2.putText(image, text, position, cv2.FONT_HERSHEY_SIMPLEX, size / 30.0, colour, _stroke(size, bold), cv2.LINE_AA)
+
+
+def text_width(text: str, size: int = 20, bold: bool = True) -> int:
+    """Pixels that a text takes from left to right."""
+    (width, _), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, size / 30.0, _stroke(size, bold))
+    return int(width)
+
+
+def _stroke(size: int, bold: bool) -> int:
+    return max(1, round(size / 15.0)) + int(bold)
 
 
 def hatched(rows: int, columns: int, spacing: int = 14) -> NDArray[np.uint8]:

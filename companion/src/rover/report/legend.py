@@ -14,6 +14,7 @@ from rover.report.palette import (
     LAUNCH,
     OBSTACLE,
     PATH,
+    UNMEASURED,
     WHITE,
     ZONE,
 )
@@ -21,6 +22,8 @@ from rover.report.result import RunResult
 
 KELVIN = 273.15
 ROW = 46
+LEGEND_HEIGHT = 860
+"""Pixels from the top of the map to the legend's lower end."""
 
 
 def draw_title(canvas: Canvas, result: RunResult) -> None:
@@ -32,9 +35,6 @@ def draw_title(canvas: Canvas, result: RunResult) -> None:
         f"{result.area_width * result.area_height:.1f} m2 surveyed, {result.distance:.1f} m driven"
     )
     draw_text(canvas.image, counts, (canvas.left, 70), FAINT, 18)
-    if result.identities.simulated:
-        column = canvas.left + canvas.columns + 28
-        draw_text(canvas.image, "SIMULATED FIELD", (column, 40), ZONE, 20, bold=True)
 
 
 def draw_legend(canvas: Canvas, result: RunResult, span: tuple[float, float]) -> None:
@@ -42,10 +42,13 @@ def draw_legend(canvas: Canvas, result: RunResult, span: tuple[float, float]) ->
     image = canvas.image
     column = canvas.left + canvas.columns + 28
     row = canvas.top + 24
+    if result.identities.simulated:
+        draw_text(image, "SIMULATED FIELD", (column, row), ZONE, 20, bold=True)
+    row += 48
     _temperature_bar(canvas, column, row, span)
     row += 120
     marks = (
-        (_mark_detection, "indication, 1 sigma"),
+        (_mark_detection, "indication, ring: 1 sigma"),
         (_mark_zone, "keep-out zone"),
         (_mark_goal, "goal reached"),
         (_mark_open_goal, "goal not reached"),
@@ -53,6 +56,7 @@ def draw_legend(canvas: Canvas, result: RunResult, span: tuple[float, float]) ->
         (_mark_launch, "launch"),
         (_mark_end, "where the rover ended"),
         (_mark_obstacle, "obstacle"),
+        (_mark_unmeasured, "surveyed, no temperature"),
         (_mark_unseen, "not surveyed"),
     )
     for mark, text in marks:
@@ -99,9 +103,8 @@ Image = np.ndarray
 
 
 def _mark_detection(image: Image, x: int, y: int) -> None:
-    cv2.circle(image, (x, y), 14, ZONE, 2, cv2.LINE_AA)
-    cv2.line(image, (x - 8, y - 8), (x + 8, y + 8), ZONE, 3, cv2.LINE_AA)
-    cv2.line(image, (x - 8, y + 8), (x + 8, y - 8), ZONE, 3, cv2.LINE_AA)
+    cv2.circle(image, (x, y), 11, ZONE, 2, cv2.LINE_AA)
+    cv2.circle(image, (x, y), 4, ZONE, -1, cv2.LINE_AA)
 
 
 def _mark_zone(image: Image, x: int, y: int) -> None:
@@ -123,8 +126,11 @@ def _mark_open_goal(image: Image, x: int, y: int) -> None:
 
 
 def _mark_path(image: Image, x: int, y: int) -> None:
-    cv2.line(image, (x - 18, y), (x + 18, y), INK, 7, cv2.LINE_AA)
-    cv2.line(image, (x - 18, y), (x + 18, y), PATH, 3, cv2.LINE_AA)
+    cv2.line(image, (x - 18, y), (x + 18, y), INK, 8, cv2.LINE_AA)
+    cv2.line(image, (x - 18, y), (x + 18, y), PATH, 4, cv2.LINE_AA)
+    head = np.array([[x + 11, y], [x - 7, y - 9], [x - 7, y + 9]], dtype=np.int32).reshape(-1, 1, 2)
+    cv2.fillPoly(image, [head], PATH, cv2.LINE_AA)
+    cv2.polylines(image, [head], True, INK, 2, cv2.LINE_AA)
 
 
 def _mark_launch(image: Image, x: int, y: int) -> None:
@@ -139,6 +145,11 @@ def _mark_end(image: Image, x: int, y: int) -> None:
 def _mark_obstacle(image: Image, x: int, y: int) -> None:
     cv2.circle(image, (x, y), 15, (170, 162, 156), -1, cv2.LINE_AA)
     cv2.circle(image, (x, y), 15, OBSTACLE, 2, cv2.LINE_AA)
+
+
+def _mark_unmeasured(image: Image, x: int, y: int) -> None:
+    image[y - 14 : y + 14, x - 18 : x + 18] = UNMEASURED
+    cv2.rectangle(image, (x - 18, y - 14), (x + 18, y + 14), FAINT, 1)
 
 
 def _mark_unseen(image: Image, x: int, y: int) -> None:

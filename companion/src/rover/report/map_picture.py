@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.report.canvas import Canvas, draw_text, hatched
-from rover.report.legend import draw_legend, draw_title
+from rover.report.legend import LEGEND_HEIGHT, draw_legend, draw_title
 from rover.report.palette import (
     FAINT,
     GOAL,
@@ -18,6 +18,8 @@ from rover.report.palette import (
     OBSTACLE,
     PAPER,
     PATH,
+    UNMEASURED,
+    UNSEEN,
     WHITE,
     ZONE,
     false_colour,
@@ -26,7 +28,10 @@ from rover.report.palette import (
 from rover.report.result import DetectionResult, GoalResult, RunResult
 
 MARGINS = (84, 92, 356, 76)
-"""Left, top, right, bottom in pixels: axes, title, legend, axes."""
+"""Left, top, right, bottom in pixels at least: axes, title, legend, axes."""
+
+ARROW_SPACING = 170.0
+"""Pixels of travel between the arrow heads on the path."""
 
 FIELD_PIXELS = 1240
 """Pixels of the area's longer side."""
@@ -35,7 +40,9 @@ FIELD_PIXELS = 1240
 def draw_map(result: RunResult, field_pixels: int = FIELD_PIXELS) -> NDArray[np.uint8]:
     """The whole picture, BGR uint8 (h, w, 3)."""
     scale = field_pixels / max(result.area_height, result.area_width)
-    canvas = Canvas(result.area_width, result.area_height, scale, MARGINS, PAPER)
+    left, top, right, bottom = MARGINS
+    bottom = max(bottom, LEGEND_HEIGHT - round(result.area_height * scale))  # a wide area is lower than the legend
+    canvas = Canvas(result.area_width, result.area_height, scale, (left, top, right, bottom), PAPER)
     span = temperature_span(result.layers.temperature)
     _ground(canvas, result, span)
     _occupied(canvas, result)
@@ -57,7 +64,12 @@ def thumbnail(kelvin: NDArray[np.float32], size: int = 112) -> NDArray[np.uint8]
     """A piece of ground around an indication as a small square picture, its own contrast stretched, BGR."""
     low, high = temperature_span(kelvin)
     picture = false_colour(kelvin, (low, high))
-    return np.asarray(cv2.resize(picture, (size, size), interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
+    rows, columns = kelvin.shape
+    side = max(rows, columns)  # cut off by the area's border it is no square, and must not be stretched into one
+    above, before = (side - rows) // 2, (side - columns) // 2
+    after = (side - rows - above, side - columns - before)
+    square = cv2.copyMakeBorder(picture, above, after[0], before, after[1], cv2.BORDER_CONSTANT, value=UNSEEN)
+    return np.asarray(cv2.resize(square, (size, size), interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
 
 
 def write_png(path: str, picture: NDArray[np.uint8]) -> None:
@@ -68,7 +80,7 @@ def write_png(path: str, picture: NDArray[np.uint8]) -> None:
 
 def png_bytes(picture: NDArray[np.uint8]) -> bytes:
     """A picture as PNG."""
-    done, data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    done, data = cv2.imencode(".png", picture, [cv2.IMWRITE_PNG_COMPRESSION, 6])
     if not done:
         raise ValueError("the picture cannot be encoded as PNG")
     return bytes(data)
@@ -81,9 +93,12 @@ def _ground(canvas: Canvas, result: RunResult, span: tuple[float, float]) -> Non
     mean = float(layers.temperature[known].mean()) if known.any() else 293.0
     filled = np.where(known, layers.temperature, mean).astype(np.float32)
     temperature = canvas.raster(filled, layers.origin, layers.resolution, smooth=True)
-    seen = canvas.raster(known, layers.origin, layers.resolution, smooth=False)
-    picture = false_colour(temperature.astype(np.float32), span)
-    canvas.field[:] = np.where(seen[..., None] > 0, picture, hatched(canvas.rows, canvas.columns))
+    measured = canvas.raster(known, layers.origin, layers.resolution, smooth=False)
+    shown = canvas.raster(layers.seen, layers.origin, layers.resolution, smooth=False)
+    picture = hatched(canvas.rows, canvas.columns)
+    # Surveyed without a temperature: around the launch, where the operator has looked, and under known obstacles.
+    picture[shown > 0] = UNMEASURED
+    canvas.field[:] = np.where(measured[..., None] > 0, false_colour(temperature.astype(np.float32), span), picture)
 
 
 def _occupied(canvas: Canvas, result: RunResult) -> None:
@@ -112,9 +127,9 @@ def _obstacles(canvas: Canvas, result: RunResult) -> None:
 
 def _path(canvas: Canvas, result: RunResult) -> None:
     points = result.path[:, 1:3]
-    canvas.line(points, INK, 7)
-    canvas.line(points, PATH, 3)
-    for index in _arrow_indices(points, spacing=0.6):
+    canvas.line(points, INK, 8)
+    canvas.line(points, PATH, 4)
+    for index in _arrow_indices(points, spacing=ARROW_SPACING / canvas.scale):
         x, y = points[index]
         dx, dy = points[min(index + 2, len(points) - 1)] - points[max(index - 2, 0)]
         _arrow_head(canvas, float(x), float(y), math.atan2(dy, dx))
@@ -131,16 +146,16 @@ def _arrow_indices(points: NDArray[np.float64], spacing: float) -> list[int]:
 
 def _arrow_head(canvas: Canvas, x: float, y: float, heading: float) -> None:
     c, s = math.cos(heading), math.sin(heading)
-    shape = np.array([[0.035, 0.0], [-0.025, 0.026], [-0.025, -0.026]])
+    shape = np.array([[16.0, 0.0], [-11.0, 12.0], [-11.0, -12.0]]) / canvas.scale
     points = shape @ np.array([[c, s], [-s, c]]) + (x, y)
     canvas.polygon(points, PATH)
-    canvas.line(points, INK, 1, closed=True)
+    canvas.line(points, INK, 2, closed=True)
 
 
 def _launch(canvas: Canvas, result: RunResult) -> None:
     launch = result.launch
     c, s = math.cos(launch.heading), math.sin(launch.heading)
-    shape = np.array([[0.09, 0.0], [-0.06, 0.06], [-0.03, 0.0], [-0.06, -0.06]])
+    shape = np.array([[28.0, 0.0], [-18.0, 18.0], [-9.0, 0.0], [-18.0, -18.0]]) / canvas.scale
     points = shape @ np.array([[c, s], [-s, c]]) + (launch.x, launch.y)
     canvas.polygon(points, LAUNCH)
     canvas.line(points, WHITE, 2, closed=True)
@@ -150,27 +165,31 @@ def _launch(canvas: Canvas, result: RunResult) -> None:
 
 
 def _goal(canvas: Canvas, goal: GoalResult) -> None:
-    half = 0.035 if goal.kind == "operator" else 0.024
-    corners = np.array([[0.0, half], [half, 0.0], [0.0, -half], [-half, 0.0]]) * 1.3 + (goal.x, goal.y)
+    half = (14.0 if goal.kind == "operator" else 10.0) / canvas.scale
+    diamond = np.array([[0.0, half], [half, 0.0], [0.0, -half], [-half, 0.0]])
+    corners = diamond + np.array([goal.x, goal.y])
     canvas.polygon(corners, GOAL if goal.reached else WHITE)
     canvas.line(corners, WHITE if goal.reached else GOAL, 2, closed=True)
     if goal.kind == "operator":
-        canvas.label(goal.x, goal.y, f"G{goal.id}", GOAL, (16, 24), 20)
+        canvas.badge(goal.x, goal.y, f"G{goal.id}", GOAL, 9.0, 18)
 
 
 def _detection(canvas: Canvas, detection: DetectionResult) -> None:
-    canvas.circle(detection.x, detection.y, max(detection.sigma, 0.004), WHITE, 4)
-    canvas.circle(detection.x, detection.y, max(detection.sigma, 0.004), ZONE, 2)
-    arm = 0.028
-    for dx, dy in ((arm, arm), (arm, -arm)):
-        cross = np.array([[detection.x - dx, detection.y - dy], [detection.x + dx, detection.y + dy]])
-        canvas.line(cross, WHITE, 7)
-        canvas.line(cross, ZONE, 3)
-    canvas.label(detection.x, detection.y, f"{detection.id}", ZONE, (14, -14), 26)
+    # At least as large as the dot, and never beyond the picture: a filter that lost its way may say anything.
+    furthest = max(canvas.columns, canvas.rows) / canvas.scale
+    sigma = min(max(detection.sigma, 4.0 / canvas.scale), furthest) if math.isfinite(detection.sigma) else furthest
+    for colour, width in ((WHITE, 5), (ZONE, 2)):
+        canvas.circle(detection.x, detection.y, sigma, colour, width)
+    canvas.disc(detection.x, detection.y, 5.0 / canvas.scale, WHITE)
+    canvas.disc(detection.x, detection.y, 3.5 / canvas.scale, ZONE)
+    # The plate starts on the ring, so that it hides neither the place nor its uncertainty.
+    canvas.badge(
+        detection.x, detection.y, f"{detection.id}", ZONE, float(np.clip(0.75 * sigma * canvas.scale, 9.0, 40.0)), 22
+    )
 
 
 def _frame(canvas: Canvas, result: RunResult) -> None:
-    """Border, axes in metres, scale bar."""
+    """Border and axes in metres."""
     width, height = result.area_width, result.area_height
     corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
     canvas.line(corners, INK, 2, closed=True)

@@ -10,8 +10,9 @@ Colour = tuple[int, int, int]
 
 PAPER: Colour = (250, 250, 249)
 INK: Colour = (48, 40, 34)
-FAINT: Colour = (150, 143, 137)
+FAINT: Colour = (112, 104, 97)
 UNSEEN: Colour = (226, 224, 222)
+UNMEASURED: Colour = (240, 239, 238)
 HATCH: Colour = (190, 187, 184)
 WHITE: Colour = (255, 255, 255)
 ZONE: Colour = (52, 38, 214)

@@ -1,6 +1,7 @@
 //! Fuzzing of receive and tick on stable Rust: hostile bytes, an honest companion's frames between them, damaged frames,
 //! wild measurements, and what must hold whatever comes. Deterministic: the seed decides everything.
 
+use rover_core::storage::{Flash, FlashError, BLOCK};
 use rover_core::{Core, Identity, Inputs, Outputs, SonarEcho};
 use rover_protocol::framing::{encode, encode_message, Decoder, Frame, MAX_FRAME};
 use rover_protocol::messages as m;
@@ -58,9 +59,39 @@ pub fn run(bytes: u64, seed: u64) -> Summary {
     summary
 }
 
+/// Flash that fails now and then and reads noise now and then.
+struct WornFlash {
+    random: Random,
+    blocks: [[u8; BLOCK]; 2],
+}
+
+impl Flash for WornFlash {
+    fn erase(&mut self, page: usize) -> Result<(), FlashError> {
+        self.blocks[page] = [0xff; BLOCK];
+        Ok(())
+    }
+
+    fn program(&mut self, page: usize, block: &[u8; BLOCK]) -> Result<(), FlashError> {
+        self.blocks[page] = *block;
+        match self.random.below(4) {
+            0 => Err(FlashError),
+            _ => Ok(()),
+        }
+    }
+
+    fn read(&mut self, page: usize, block: &mut [u8; BLOCK]) -> Result<(), FlashError> {
+        *block = self.blocks[page];
+        if self.random.below(4) == 0 {
+            block[self.random.below(12) as usize] = self.random.next() as u8;
+        }
+        Ok(())
+    }
+}
+
 struct Episode {
     random: Random,
     core: Core,
+    flash: WornFlash,
     decoder: Decoder,
     now_us: u64,
     sequence: u8,
@@ -77,8 +108,15 @@ struct Episode {
 impl Episode {
     fn new(seed: u64, episode: u64) -> Self {
         let mut random = Random(seed.wrapping_mul(1_000_003).wrapping_add(episode));
+        let mut flash = WornFlash {
+            random: Random(random.next()),
+            blocks: [[0xff; BLOCK]; 2],
+        };
+        let mut core = Core::new(Identity::default());
+        core.attach_storage(&mut flash);
         Self {
-            core: Core::new(Identity::default()),
+            core,
+            flash,
             decoder: Decoder::new(),
             now_us: random.next() >> random.below(40),
             sequence: 0,
@@ -108,6 +146,7 @@ impl Episode {
 
             let inputs = self.inputs(&outputs);
             outputs = self.core.tick(&inputs);
+            self.core.serve_storage(&mut self.flash);
             self.check(&inputs, &outputs);
             summary.ticks += 1;
             summary.powered += u64::from(outputs.powered);

@@ -1,0 +1,108 @@
+"""`rover plan`: a path through goals on a map, without driving it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rover.cli.output import say, write_json, write_text
+from rover.errors import BadInput, NoPath
+
+if TYPE_CHECKING:
+    from rover.planning.result import PlanResult
+
+HELP = """Plan a path from a start through goals.
+
+FILE is a field of circles (.toml), a map_server map (.yaml) or a MovingAI map (.map). Points are X,Y in metres. Goals
+are visited as given unless --any-order. Without --budget-ms the first solution is returned, after shortcuts. Exit
+code 4 when a goal cannot be reached.
+
+\b
+Examples:
+  rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --algorithm multi-goal
+  rover plan --map office.yaml --start 1,1 --goal 4,2 --algorithm rrt-star --budget-ms 200 --json
+  rover plan --map arena.map --resolution 0.1 --start 1,1 --goal 4,4 --algorithm rrt --robot-radius 0
+"""
+
+
+def command(
+    map_file: Annotated[Path, typer.Option("--map", metavar="FILE", help="Map: .toml, .yaml or .map.")],
+    start: Annotated[str, typer.Option(metavar="X,Y", help="Where to start.")],
+    goal: Annotated[list[str], typer.Option(metavar="X,Y", help="Where to go; give it once for each goal.")],
+    algorithm: Annotated[
+        str, typer.Option(metavar="NAME", help="rrt, rrt-star, goal-seeking or multi-goal.")
+    ] = "multi-goal",
+    robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = 0.15,
+    seed: Annotated[int, typer.Option(min=0, help="Fixes every random choice.")] = 0,
+    budget_ms: Annotated[
+        float | None, typer.Option(metavar="B", help="Go on improving the path for this long, milliseconds.")
+    ] = None,
+    any_order: Annotated[bool, typer.Option("--any-order", help="Let the planner choose the order.")] = False,
+    resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> int:
+    """See HELP."""
+    from rover.planning.fields import load_field
+    from rover.planning.planner import plan
+
+    begin = point("--start", start)
+    goals = [point("--goal", each) for each in goal]
+    result = plan(
+        load_field(map_file, resolution),
+        begin,
+        goals,
+        algorithm=algorithm,
+        robot_radius=robot_radius,
+        seed=seed,
+        budget_ms=budget_ms,
+        any_order=any_order,
+    )
+    if as_json:
+        write_json(document(result))
+    elif result.ok:
+        write_text(text(result))
+    if not result.ok:
+        say(f"no path: {result.reason}")
+        return NoPath.exit_code
+    return 0
+
+
+def point(option: str, given: str) -> tuple[float, float]:
+    """X,Y in metres. Raises BadInput."""
+    try:
+        x, y = (float(part) for part in given.split(","))
+    except ValueError:
+        raise BadInput(f"{option} {given}: two numbers X,Y in metres are expected, such as 2.0,0.5") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise BadInput(f"{option} {given}: finite numbers are expected")
+    return x, y
+
+
+def document(result: PlanResult) -> dict[str, Any]:
+    """The plan as JSON; `order` counts the goals from 0 as given."""
+    return {
+        "status": result.status,
+        "reason": result.reason,
+        "algorithm": result.algorithm,
+        "order": list(result.order),
+        "unreachable": list(result.unreachable),
+        "path": result.path.tolist(),
+        "length_m": result.length,
+        "iterations": result.iterations,
+        "nodes": result.nodes,
+        "time_ms": result.time_ms,
+        "first_solution_ms": result.first_solution_ms,
+    }
+
+
+def text(result: PlanResult) -> str:
+    """The plan for a person: figures, then a waypoint a line."""
+    order = ", ".join(str(index + 1) for index in result.order)
+    head = (
+        f"{result.algorithm}: {result.length:.3f} m, {len(result.path)} points, goals in the order {order}, "
+        f"{result.iterations} iterations, {result.nodes} nodes, {result.time_ms:.1f} ms"
+    )
+    return "\n".join([head, *(f"  {x:.3f}, {y:.3f}" for x, y in result.path.tolist())])

@@ -1,0 +1,74 @@
+"""Asks the firmware on a serial port who and how it is, without moving anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rover.link.clock import WallClock
+from rover.link.handshake import Identity
+from rover.link.session import STEP, Link
+from rover.link.statistics import LinkFigures
+from rover.link.telemetry import Battery, FirmwareState
+from rover.link.transport import SerialTransport
+
+DEFAULT_BAUD = 230_400
+LISTEN = 0.7
+"""Seconds to listen after the handshake: the battery is told twice a second."""
+
+CAUSES = {
+    "None": "nothing has stopped it since it started",
+    "StopCommand": "it was told to stop",
+    "EmergencyCommand": "it was told to stop at once",
+    "EmergencyInput": "the emergency-stop button was pressed",
+    "DeadMan": "the dead-man stopped it, nothing was heard from the companion",
+    "SonarGuard": "the sonar guard stopped it, something was too close ahead",
+    "LowBattery": "the battery was too low",
+    "Stall": "a wheel did not turn although it was driven",
+    "EncoderFault": "a wheel encoder told nonsense",
+    "Underrun": "the motion queue ran empty while it moved",
+    "Disarm": "it was disarmed",
+    "Internal": "the firmware met an error of its own",
+}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a firmware said."""
+
+    identity: Identity
+    state: FirmwareState
+    battery: Battery | None
+    figures: LinkFigures
+
+    @property
+    def meaning(self) -> str:
+        """State and cause in words."""
+        return in_words(self.state)
+
+
+def in_words(state: FirmwareState) -> str:
+    """State and cause of the last stop, as one phrase an operator understands."""
+    cause = CAUSES.get(state.cause, f"cause {state.cause}, which this version does not know")
+    name = state.state.lower()
+    if state.state in ("Latched", "Stopping"):
+        return f"{name}: {cause}"
+    return name if state.cause == "None" else f"{name}; last stop: {cause}"
+
+
+def ask(port: str, baud: int = DEFAULT_BAUD) -> Answer:
+    """Handshake, then a short listen. Raises PreflightFailed (no port, no answer), LinkLost (it went away)."""
+    clock = WallClock()
+    link = Link(SerialTransport(port, baud, clock), clock, byte_time=10.0 / baud)
+    try:
+        identity = link.connect()
+        battery: Battery | None = None
+        end = clock.now() + LISTEN
+        while clock.now() < end:
+            for event in link.poll():
+                if isinstance(event, Battery):
+                    battery = event
+            clock.advance(clock.now() + STEP)
+        assert link.state is not None  # connect waits for it
+        return Answer(identity, link.state, battery, link.figures())
+    finally:
+        link.close()

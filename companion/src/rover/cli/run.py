@@ -1,0 +1,122 @@
+"""`rover run`: a mission from start to report."""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rover.cli.interrupt import operator_signals
+from rover.cli.live import MissionView
+from rover.cli.output import write_json, write_text
+from rover.errors import BadInput
+
+if TYPE_CHECKING:
+    from rover.report.result import RunResult
+
+HELP = """Drive a mission, start to report.
+
+MISSION is a TOML file, or the name of a mission that ships (demo). The first Ctrl-C is a controlled stop, the second
+an emergency stop. The exit code tells how it ended: 0 done, 3 pre-flight failed, 4 no path, 5 ended by the operator,
+6 safety stop, 7 link lost, 8 partial.
+
+\b
+Examples:
+  rover run demo
+  rover run demo --seed 3 --out runs/third
+  rover run field.toml --data ~/pictures --quiet
+  rover run demo --json | jq '.detections[] | [.class, .x, .y]'
+"""
+
+
+class RigName(str, Enum):
+    """What a mission can be driven on."""
+
+    SITL = "sitl"
+    EMULATOR = "emulator"
+    DEVICE = "device"
+
+
+def command(
+    mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or the name of a shipped one.")],
+    rig: Annotated[
+        RigName, typer.Option(help="sitl: simulated field; emulator: emulated board; device: a real board.")
+    ] = RigName.SITL,
+    port: Annotated[str | None, typer.Option(metavar="P", help="Serial port of a real board.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Fixes the simulated field and everything else random.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of the run.  [default: runs/<mission>-<seed>]")
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")] = False,
+) -> int:
+    """See HELP."""
+    from rover.mission.config import load
+
+    loaded = load(mission)
+    if data is not None and not data.is_dir():
+        raise BadInput(f"--data {data}: no such folder")
+    folder = _folder(out, loaded.name, seed)
+    view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet)
+
+    from rover.mission.run import Control, run_mission
+
+    control = Control()
+    with view, operator_signals(control, view.say):
+        result = run_mission(
+            loaded,
+            rig=rig.value,
+            port=port,
+            seed=seed,
+            out=folder,
+            data=data,
+            on_status=view.show,
+            control=control,
+        )
+    if as_json:
+        write_json(result.summary())
+    else:
+        write_text(summary_text(result, folder / "report.html"))
+    return result.exit_code
+
+
+def summary_text(result: RunResult, report: Path) -> str:
+    """A few lines for a person; the last is the path of the report."""
+    goals = sum(goal.reached for goal in result.goals)
+    area = result.area_width * result.area_height
+    lines = [
+        f"{result.mission}: {result.status}" + (f" ({result.reason})" if result.reason else ""),
+        f"{result.duration:.0f} s, {result.distance:.1f} m driven, "
+        f"{result.surveyed_area:.1f} of {area:.1f} m² surveyed, {goals} of {len(result.goals)} goals inspected, "
+        f"{_count(len(result.detections), 'indication')}",
+    ]
+    lines += [
+        f"  {d.id}: {d.kind}, p {d.p:.2f}, at {d.x:.2f}, {d.y:.2f} m ± {d.sigma:.2f} m"
+        + ("" if d.inspected else f", not inspected: {d.why_not or 'no reason given'}")
+        for d in result.detections
+    ]
+    if result.safety.collisions is not None:
+        violations = result.safety.keepout_violations
+        lines.append(f"referee: {_count(result.safety.collisions, 'collision')}, {violations} keep-out violations")
+    return "\n".join([*lines, str(report)])
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+def _folder(out: Path | None, mission: str, seed: int) -> Path:
+    """The run's folder, made now: what is wrong with it should be known before the rig starts."""
+    name = re.sub(r"[^\w.-]+", "-", mission).strip("-.") or "mission"
+    folder = out if out is not None else Path("runs") / f"{name}-{seed}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"--out {folder}: cannot be made a folder: {error.strerror or error}") from error
+    return folder

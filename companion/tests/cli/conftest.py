@@ -1,0 +1,60 @@
+"""A command line run in this process: its exit code and what it wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from rover.cli.main import invoke
+
+MISSION = """
+[mission]
+name = "small"
+max_duration_s = 60.0
+goals = []
+
+[area]
+width_m = 2.0
+height_m = 2.0
+obstacles = [[1.0, 1.5, 0.2]]
+
+[launch]
+x_m = 0.5
+y_m = 0.5
+"""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one command line did."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def rover(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Runs `rover` with these arguments."""
+
+    def call(*arguments: object) -> Outcome:
+        code = invoke([str(argument) for argument in arguments])
+        captured = capfd.readouterr()
+        return Outcome(code, captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def mission_file(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a small mission file, with one piece of its text replaced."""
+
+    def write(old: str = "", new: str = "") -> Path:
+        assert old in MISSION
+        file = tmp_path / "mission.toml"
+        file.write_text(MISSION.replace(old, new) if old else MISSION, encoding="utf-8")
+        return file
+
+    return write

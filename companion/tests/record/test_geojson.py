@@ -1,0 +1,88 @@
+"""Results for a GIS: valid GeoJSON, and honest about coordinates that are no longitudes."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rover.geometry import Pose2
+from rover.record.geojson import EARTH_RADIUS, Georeference, results_geojson, write_geojson
+from rover.report.result import DetectionResult, GoalResult, Identities, MapLayers, RunResult
+
+NONE = np.zeros((1, 1), bool)
+DEPTH = {"Point": 0, "LineString": 1, "Polygon": 2}
+
+
+@pytest.fixture
+def result() -> RunResult:
+    return RunResult(
+        mission="strip",
+        status="done",
+        reason="all seen",
+        duration=10.0,
+        distance=1.0,
+        area_width=3.0,
+        area_height=4.0,
+        launch=Pose2(0.4, 0.4, 0.0),
+        path=np.array([[0.0, 0.4, 0.4], [4.0, 1.4, 0.4]]),
+        layers=MapLayers((0.0, 0.0), 4.0, np.full((1, 1), 300.0, np.float32), ~NONE, NONE),
+        identities=Identities("sitl", 1, "0.1.0"),
+        detections=(
+            DetectionResult(3, "buried", 0.8, 1.0, 2.0, 0.03, 5, 0.15, 4.0, True),
+            DetectionResult(8, "surface", 0.9, 2.0, 1.0, 0.02, 9, 0.15, 5.0, False, "no way"),
+        ),
+        goals=(GoalResult(1, 2.0, 2.5, True),),
+    )
+
+
+def depth(coordinates: list) -> int:
+    return 0 if isinstance(coordinates[0], float) else 1 + depth(coordinates[0])
+
+
+def test_every_feature_is_valid_and_every_ring_closed_and_counter_clockwise(result: RunResult) -> None:
+    collection = results_geojson(result)
+    assert collection["type"] == "FeatureCollection"
+    for feature in collection["features"]:
+        geometry = feature["geometry"]
+        assert feature["type"] == "Feature"
+        assert depth(geometry["coordinates"]) == DEPTH[geometry["type"]]
+        if geometry["type"] == "Polygon":
+            (ring,) = geometry["coordinates"]
+            assert ring[0] == ring[-1]
+            assert sum(a[0] * b[1] - b[0] * a[1] for a, b in pairwise(ring)) > 0
+
+
+def test_every_indication_has_a_point_and_a_zone(result: RunResult) -> None:
+    features = results_geojson(result)["features"]
+    points = [f for f in features if f["properties"]["kind"] == "indication"]
+    assert [(f["properties"]["id"], f["geometry"]["coordinates"]) for f in points] == [(3, [1.0, 2.0]), (8, [2.0, 1.0])]
+    assert [f["properties"]["detection"] for f in features if f["properties"]["kind"] == "keep-out zone"] == [3, 8]
+
+
+def test_local_coordinates_say_so(result: RunResult) -> None:
+    assert results_geojson(result)["rover:frame"]["units"] == "metre"
+    assert results_geojson(result)["rover:simulated"] is True
+
+
+def test_with_an_origin_metres_become_degrees(result: RunResult) -> None:
+    collection = results_geojson(result, Georeference(60.0, 20.0))
+    assert "rover:frame" not in collection
+    longitude, latitude = collection["features"][0]["geometry"]["coordinates"]
+    assert latitude == pytest.approx(60.0 + math.degrees(2.0 / EARTH_RADIUS), abs=1e-9)
+    assert longitude == pytest.approx(20.0 + math.degrees(1.0 / EARTH_RADIUS) / 0.5, abs=1e-9)
+
+
+def test_the_bearing_turns_the_map_clockwise(result: RunResult) -> None:
+    east = results_geojson(result, Georeference(0.0, 0.0, math.pi / 2))["features"][0]["geometry"]["coordinates"]
+    # Map +y points east, so map +x points south: (1, 2) lies 2 m east and 1 m south.
+    metre = math.degrees(1.0 / EARTH_RADIUS)
+    assert east == pytest.approx([2.0 * metre, -1.0 * metre], abs=2e-9)
+
+
+def test_the_file_is_what_it_says(result: RunResult, tmp_path: Path) -> None:
+    write_geojson(tmp_path / "a.geojson", result)
+    assert json.loads((tmp_path / "a.geojson").read_text()) == results_geojson(result)

@@ -1,0 +1,81 @@
+"""The folder of a run: complete files, strict JSON, the keys of the contract, the same bytes for the same run."""
+
+from __future__ import annotations
+
+import base64
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rover.report.result import Localization, RunResult, Safety
+from rover.report.write import write_run
+from sample_run import make_result
+
+FILES = {"summary.json", "map.png", "report.html", "detections.geojson"}
+CONTRACT = {
+    "status", "duration_s", "distance_m", "detections", "goals", "collisions", "keepout_violations",
+    "unseen_ground_m2", "min_clearance_m", "localization", "out",
+}  # fmt: skip
+
+
+def strict(path: Path) -> dict:
+    def refuse(word: str) -> None:
+        raise ValueError(f"{path.name}: {word} is no JSON")
+
+    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+@pytest.fixture(scope="module")
+def folder(result: RunResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("runs") / "made" / "here"
+    write_run(result, out)
+    return out
+
+
+def test_all_files_are_there_and_nothing_temporary(folder: Path) -> None:
+    assert {path.name for path in folder.iterdir()} == FILES
+
+
+def test_the_summary_has_the_keys_of_the_contract(folder: Path, result: RunResult) -> None:
+    summary = strict(folder / "summary.json")
+    assert summary.keys() >= CONTRACT
+    assert all(entry.keys() >= {"id", "class", "p", "x", "y", "sigma_m"} for entry in summary["detections"])
+    assert all(entry.keys() >= {"id", "x", "y", "reached"} for entry in summary["goals"])
+    assert summary["localization"].keys() >= {"ate_rmse_m", "odometry_only_ate_rmse_m"}
+    assert [entry["id"] for entry in summary["detections"]] == [d.id for d in result.detections]
+
+
+def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:
+    odd = make_result(safety=Safety(0, 0, 0.0, float("inf"), 0), localization=Localization(final_sigma=float("nan")))
+    write_run(replace(odd, detections=(replace(odd.detections[0], sigma=float("inf"), thumbnail=None),)), tmp_path)
+    summary = strict(tmp_path / "summary.json")
+    assert summary["min_clearance_m"] is None
+    assert summary["localization"]["final_sigma_m"] is None
+    assert strict(tmp_path / "detections.geojson")["features"][0]["properties"]["sigma_m"] is None
+
+
+def test_the_report_holds_the_map_that_lies_beside_it(folder: Path) -> None:
+    data = base64.b64encode((folder / "map.png").read_bytes()).decode()
+    assert data in (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_same_run_gives_the_same_bytes_in_place_of_the_old_ones(folder: Path, tmp_path: Path) -> None:
+    for name in FILES:
+        (tmp_path / name).write_text("from an earlier run, and longer than nothing")
+    write_run(make_result(), tmp_path)
+    for name in sorted(FILES):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_a_write_that_fails_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "map.png").write_bytes(b"old")
+
+    def full(self: Path, data: bytes) -> int:
+        raise OSError("no space left on the device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(OSError, match="no space"):
+        write_run(make_result(), tmp_path)
+    assert (tmp_path / "map.png").read_bytes() == b"old"
+    assert not (tmp_path / "summary.json").exists()

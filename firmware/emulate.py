@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 from rover_protocol import framing, messages
@@ -25,6 +26,7 @@ STANDBY, EMERGENCY_STOP = 12, 28
 ENCODERS = (2, 3, 4, 5)
 ECHOES = {13: 20, 14: 21, 15: 27}
 INTERRUPT_DISABLE, CONTROL_INTERRUPT = 0xE000E180, 27
+TIMER = 0x40054000
 UARTIFLS, UARTDMACR = 0x34, 0x48
 
 
@@ -110,6 +112,23 @@ class Board:
         self.live(milliseconds)
         return (self.chip.core.cycles - cycles) / (self.chip.clock.nanos - nanos) * 1e6 / CYCLES_PER_MS
 
+    def control_reads(self) -> list[float]:
+        """A list to which each reading of the timer by the control loop adds its time, in us, from now on.
+
+        The loop reads the timer when it wakes and when it goes to sleep.
+        """
+        times: list[float] = []
+        timer = self.chip.peripherals[TIMER >> 12]
+        read = timer.read_uint32
+
+        def watched(offset: int) -> int:
+            if self.chip.core.ipsr == 16 + CONTROL_INTERRUPT:
+                times.append(self.now_us)
+            return read(offset)
+
+        timer.read_uint32 = watched
+        return times
+
     def _on_byte(self, byte: int) -> None:
         if self.decoder.push(byte):
             message = messages.BY_ID[self.decoder.identifier]
@@ -143,9 +162,16 @@ def busy(board: Board) -> None:
         board.send(messages.SegmentTravel, index=first + i, duration=250_000, jerk_travel=jerk)
         board.send(messages.SegmentHeading, index=first + i, jerk_heading=0, flags=flags)
     board.live(150)
+    reads = board.control_reads()
     share = board.busy_share(400)
     assert board.last["State"]["state"] == messages.STATE_MOVING, board.last["State"]
     print(f"busy, driving:                  {share:.1%}")
+    # A new round begins after half a millisecond of sleep; where the first one began was not seen.
+    begins = [i for i in range(1, len(reads)) if reads[i] - reads[i - 1] > 500]
+    phases = [reads[i] % 1000 for i in begins]
+    lengths = [reads[j - 1] - reads[i] for i, j in pairwise(begins)]
+    print(f"start of the loop, spread:      {max(phases) - min(phases):.1f} us over {len(phases)} rounds")
+    print(f"longest round:                  {max(lengths):.0f} us")
 
 
 def emergency_stop(board: Board) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from tools.bench import missions
+from tools.bench import missions, protocol
 
-BENCHES = {"missions": missions.main}
+BENCHES = {"missions": missions.main, "protocol": protocol.main}
 
 
 def main() -> int:

@@ -22,7 +22,7 @@ from tools.train import measure
 from tools.train.card import card
 from tools.train.export import fold, write
 from tools.train.pictures import from_pictures, zones
-from tools.train.samples import Samples, from_fields
+from tools.train.samples import Samples, from_fields, mirrored
 
 HIDDEN = (256, 128)
 TRAINED_SOILS = ("loam", "dry-sand", "moist-clay")
@@ -36,9 +36,9 @@ def main() -> None:
     """Trains, writes, measures what was written."""
     parser = argparse.ArgumentParser(prog="python -m tools.train", description=__doc__)
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
-    parser.add_argument("--fields", type=int, default=240, help="synthetic fields to learn from")
-    parser.add_argument("--frames", type=int, default=36, help="frames per field")
-    parser.add_argument("--epochs", type=int, default=14)
+    parser.add_argument("--fields", type=int, default=130, help="synthetic fields to learn from")
+    parser.add_argument("--frames", type=int, default=32, help="frames per field")
+    parser.add_argument("--epochs", type=int, default=12)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path(default_model()))
     options = parser.parse_args()
@@ -57,7 +57,7 @@ def main() -> None:
     train = Samples.join(parts)
     print(f"{len(train)} samples {train.counts()} after {time.monotonic() - begun:.0f} s")
 
-    few = max(8, options.fields // 10)
+    few = max(8, options.fields // 8)
     calibrate = from_fields(camera, TRAINED_SOILS, _seeds(FIRST_CALIBRATION, few), options.frames)
     tests = {
         "synthetic, trained soils, other seeds": from_fields(
@@ -68,9 +68,10 @@ def main() -> None:
         ),
         **pictures,
     }
+    train = Samples.join([train, mirrored(train)])
     mean, scale = train.vectors.mean(axis=0), train.vectors.std(axis=0) + 1e-3
     network = MLPClassifier(
-        HIDDEN, alpha=1e-3, batch_size=128, learning_rate_init=7e-4, max_iter=options.epochs, random_state=options.seed
+        HIDDEN, alpha=1e-2, batch_size=128, learning_rate_init=5e-4, max_iter=options.epochs, random_state=options.seed
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)

@@ -21,11 +21,12 @@ def card(
     """Markdown. results: per test set the labels (N,) and the probabilities (N, classes)."""
     counts = ", ".join(f"{number} {name}" for name, number in train.counts().items())
     real = (
-        "Real pictures: Tenorio-Tamayo et al., Data in Brief 49:109443 (CC BY 4.0), not radiometric, learned at random\n"
-        "scales in kelvin; whole zones are held out. The set has few distinct mines: its numbers say little."
+        "Real pictures: Tenorio-Tamayo et al., Data in Brief 49:109443 (CC BY 4.0), not radiometric, learned at\n"
+        "random scales in kelvin; whole zones are held out. The set has few distinct mines: its numbers say little."
         if options.data is not None
         else "No real pictures were used."
     )
+    shown = " --data DIR" if options.data is not None else ""
     sections = "\n\n".join(f"### {name}\n\n{as_markdown(labels, p)}" for name, (labels, p) in results.items())
     return f"""# landmine_mlp.onnx
 
@@ -38,9 +39,9 @@ SHA-256: `{sha256}`
 
 ## Training
 
-`python -m tools.train --fields {options.fields} --frames {options.frames} --seed {options.seed}`{" with --data" if options.data is not None else ""}.
-{len(train)} candidates: {counts}. Synthetic fields in loam, dry sand and moist clay at random hours, rendered with the
-plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by the same code that
+`python -m tools.train --fields {options.fields} --frames {options.frames} --seed {options.seed}{shown}`.
+{len(train)} candidates, half of them mirror images: {counts}.
+Synthetic fields in loam, dry sand and moist clay at random hours, rendered with the plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by the same code that
 runs on the rover. Mines weaker than 0.25 K at the surface are left out of training and test.
 {real}
 

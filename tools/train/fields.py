@@ -1,4 +1,4 @@
-"""Synthetic fields to learn from: soil, hour, depths and layout drawn from a seed; frames from poses that show things."""
+"""Synthetic fields to learn from, drawn from a seed, and frames of them from poses that show things."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROW_PATTERN = 0.03
 COLUMN_PATTERN = 0.04
 PIXEL_PATTERN = 0.03
 VIGNETTING = 0.4
-DEPTHS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.10)
+DEPTHS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.05, 0.07)
 
 
 @dataclass(frozen=True, eq=False)

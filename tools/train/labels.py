@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from rover.detection.detect import CASING_MIDDLE
 from rover.geometry import Pose2
 from rover.vision.camera import CameraModel
 from rover_hil.ground import Ground
@@ -13,8 +14,6 @@ LEAST_CONTRAST = 0.25
 # A candidate this near to a mine's picture is the mine; up to AMBIGUOUS it is neither. Metres.
 NEAR = 0.05
 AMBIGUOUS = 0.10
-# The middle of a standing casing's picture lies this high above the soil, metres.
-CASING_MIDDLE = 0.02
 UNSURE = ""
 
 

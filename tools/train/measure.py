@@ -44,9 +44,7 @@ def mine_share(labels: NDArray[np.int64], p: NDArray[np.floating], threshold: fl
     mine_columns = [CLASSES.index("surface"), CLASSES.index("buried")]
     called = p[:, mine_columns].sum(axis=1) >= threshold
     truth = np.isin(labels, mine_columns)
-    return float(called[truth].mean()) if truth.any() else 0.0, float(called[~truth].mean()) if (
-        ~truth
-    ).any() else 0.0
+    return float(called[truth].mean()) if truth.any() else 0.0, float(called[~truth].mean()) if (~truth).any() else 0.0
 
 
 def as_markdown(labels: NDArray[np.int64], p: NDArray[np.floating]) -> str:

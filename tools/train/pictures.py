@@ -15,9 +15,9 @@ from rover_hil.ground.pictures import Entry, deviations, distinct, read_index
 from tools.train.samples import Samples
 
 # The scale of a stretched picture is unknown: every picture is learned at several.
-SCALES = (0.4, 0.8, 1.6)
+SCALES = (0.5, 1.5)
 # Background candidates kept per picture and scale.
-MOST_BACKGROUND = 4
+MOST_BACKGROUND = 5
 
 
 def zones(data: Path) -> list[str]:
@@ -26,7 +26,7 @@ def zones(data: Path) -> list[str]:
 
 
 def from_pictures(data: Path, chosen: Container[str], seed: int) -> Samples:
-    """Candidates of the pictures of the zones `chosen`, each at three scales and in a random orientation."""
+    """Candidates of the pictures of the zones `chosen`, each at two scales and in a random orientation."""
     rng = np.random.default_rng([seed, 80])
     parts = []
     for entry in distinct(read_index(data)):

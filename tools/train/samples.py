@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rover.detection.candidates import find_candidates
 from rover.detection.classifier import CLASSES
 from rover.detection.ground_image import GroundRectifier
-from rover.detection.patch import LENGTH, describe
+from rover.detection.patch import LENGTH, SIDE, describe
 from rover.vision.camera import CameraModel
 
 from tools.train.fields import make_field, views
@@ -71,3 +71,13 @@ def from_fields(
                 )
             )
     return Samples.join(parts)
+
+
+def mirrored(samples: Samples) -> Samples:
+    """The same with left and right exchanged: neither the heat nor the camera knows a side."""
+    vectors = samples.vectors.copy()
+    area = SIDE * SIDE
+    for start in (0, area):
+        patches = samples.vectors[:, start : start + area].reshape(-1, SIDE, SIDE)
+        vectors[:, start : start + area] = patches[:, :, ::-1].reshape(-1, area)
+    return Samples(vectors, samples.labels)

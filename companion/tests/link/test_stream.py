@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from rover.link.clock_estimate import ClockEstimate
 from rover.link.session import Link
+from rover.link.stream import SegmentStream
+from rover.link.telemetry import MotionStatus
 from rover_protocol import messages
 
 
@@ -69,9 +72,11 @@ def test_never_more_is_sent_than_the_firmware_has_room_for(link, firmware) -> No
     assert not link.stream.all_done
 
 
-def test_indexes_wrap(link, firmware) -> None:
+def test_indexes_wrap(world, firmware) -> None:
     firmware.next_index = 65_530
-    run(link, 0.1)
+    link = Link(world, world)
+    link.connect()
+    link.arm()
     link.stream.begin(pieces(12), link.clock.now() + 0.5)
     run(link, 0.4)
     assert [entry[0] for entry in firmware.queue] == [*range(65_530, 65_536), *range(6)]
@@ -118,3 +123,48 @@ def test_when_the_firmware_latches_by_itself_waiting_segments_are_forgotten(link
     assert link.stream.unacknowledged == 0
     assert link.state is not None
     assert link.state.cause == "SonarGuard"
+
+
+class Wire:
+    """Hears what a stream sends; acknowledges when the test says so."""
+
+    def __init__(self) -> None:
+        self.taken: dict[int, int] = {}
+        self.stream = SegmentStream(self.send, ClockEstimate())
+
+    def send(self, name: str, **raw: int) -> None:
+        if name == "SegmentTravel":
+            before = self.taken.setdefault(raw["index"], raw["jerk_travel"])
+            assert before == raw["jerk_travel"], "one index stands for two segments"
+
+    def acknowledge(self, now: float, next_index: int) -> None:
+        self.stream.on_status(MotionStatus(now, next_index, 64, 0, 0, 0))
+
+
+def test_an_acknowledgement_later_than_the_repeat_gives_no_segment_a_second_index() -> None:
+    wire = Wire()
+    wire.acknowledge(0.0, 0)
+    wire.stream.begin(pieces(40), 5.0)
+    for step in range(3):
+        wire.stream.service(0.02 * step)
+    assert len(wire.taken) == 24
+    wire.stream.service(0.2)
+    assert wire.stream.repeated == 8, "the round begins anew with its first burst"
+    wire.acknowledge(0.21, 20)
+    wire.stream.service(0.22)
+    wire.acknowledge(0.23, 24)
+    for step in range(3):
+        wire.stream.service(0.24 + 0.02 * step)
+    assert wire.taken == {index: index for index in range(40)}
+
+
+def test_an_acknowledgement_that_comes_late_takes_nothing_back() -> None:
+    wire = Wire()
+    wire.acknowledge(0.0, 0)
+    wire.stream.begin(pieces(10), 5.0)
+    wire.stream.service(0.0)
+    wire.acknowledge(0.05, 6)
+    wire.acknowledge(0.06, 3)
+    wire.stream.service(0.07)
+    assert wire.stream.unacknowledged == 4
+    assert wire.taken == {index: index for index in range(10)}

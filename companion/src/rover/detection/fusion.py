@@ -18,7 +18,7 @@ from rover.detection.detect import Detection
 from rover.detection.place import Place
 from rover.geometry import Pose2
 
-NO_ANSWER = {"obstacle": 0.10, "surface": 0.06, "buried": 0.12, "background": 0.72}
+NO_ANSWER = {"obstacle": 0.07, "surface": 0.03, "buried": 0.05, "background": 0.85}
 """What a look in clear view that found nothing says: most likely plain ground."""
 
 
@@ -32,7 +32,7 @@ class EvidenceSettings:
     """
 
     report_threshold: float = 0.5
-    suspect_threshold: float = 0.25
+    suspect_threshold: float = 0.35
     report_views: int = 4
     suspect_views: int = 2
     associate_within: float = 0.12
@@ -64,16 +64,18 @@ class Evidence:
     ) -> None:
         """The detections of one frame taken from `pose`; covariance (3, 3) of x, y, heading; time in seconds."""
         points = pose.transform(np.array([(d.x, d.y) for d in detections]).reshape(-1, 2))
-        taken: set[int] = set()
-        for place in self._places:
-            index = self._match(place, detections, points)
-            if index is not None:
-                taken.add(index)
-                found, at = detections[index], points[index]
-                place.add(found, at, pose, self._weight(found.x, found.y), _variance(found, covariance), time)
-            elif self._in_clear_view(place, detections, pose):
-                local = pose.inverse().transform(np.array([[place.x, place.y]]))[0]
-                place.miss(NO_ANSWER, pose, self._weight(*local))
+        centres = np.array([(p.x, p.y) for p in self._places]).reshape(-1, 2)
+        local = pose.inverse().transform(centres)
+        clear = self._in_clear_view(local, detections)
+        matches = self._matches(centres, detections, points)
+        for place, index, at_base, in_view in zip(self._places, matches, local.tolist(), clear, strict=True):
+            if index >= 0:
+                found = detections[index]
+                weight = self._weight(found.x, found.y)
+                place.add(found, points[index], pose, weight, _variance(found, covariance), time)
+            elif in_view:
+                place.miss(NO_ANSWER, pose, self._weight(*at_base))
+        taken = set(matches)
         for index, found in enumerate(detections):
             if index not in taken and found.p["surface"] + found.p["buried"] >= self.settings.create_from:
                 self._create(found, points[index], pose, covariance, time)
@@ -82,17 +84,17 @@ class Evidence:
             place.judge(self.settings)
         self._places = [place for place in self._places if not place.is_spent]
 
-    def _match(self, place: Place, detections: Sequence[Detection], points: NDArray[np.float64]) -> int | None:
-        """The detection that is this place: the nearest, where likeness to a mine is worth some distance."""
-        best, least = None, math.inf
-        for index, (found, point) in enumerate(zip(detections, points, strict=True)):
-            distance = math.hypot(point[0] - place.x, point[1] - place.y)
-            if distance > self.settings.associate_within:
-                continue
-            score = distance - 0.06 * (1.0 - found.p["background"])
-            if score < least:
-                best, least = index, score
-        return best
+    def _matches(
+        self, centres: NDArray[np.float64], detections: Sequence[Detection], points: NDArray[np.float64]
+    ) -> list[int]:
+        """For every place its detection, -1 for none: the nearest, where being no background is worth some distance."""
+        if not len(centres) or not detections:
+            return [-1] * len(centres)
+        distance = np.hypot(centres[:, None, 0] - points[None, :, 0], centres[:, None, 1] - points[None, :, 1])
+        bonus = np.array([0.06 * (1.0 - found.p["background"]) for found in detections])
+        score = np.where(distance <= self.settings.associate_within, distance - bonus, np.inf)
+        best = score.argmin(axis=1)
+        return np.where(np.isfinite(score.min(axis=1)), best, -1).tolist()
 
     def _create(
         self, found: Detection, at: NDArray[np.float64], pose: Pose2, covariance: NDArray[np.float64], time: float
@@ -107,30 +109,35 @@ class Evidence:
     def _weight(self, x: float, y: float) -> float:
         return 1.0 if math.hypot(x, y) < self.settings.near_range else self.settings.far_weight
 
-    def _in_clear_view(self, place: Place, detections: Sequence[Detection], pose: Pose2) -> bool:
-        """True when a mine there would have been found: well inside the picture and behind no obstacle."""
+    def _in_clear_view(self, local: NDArray[np.float64], detections: Sequence[Detection]) -> NDArray[np.bool_]:
+        """Where, of points (N, 2) in base_link, a mine would have been found: in the picture, behind no obstacle."""
         s = self.settings
-        x, y = pose.inverse().transform(np.array([[place.x, place.y]]))[0].tolist()
-        if not (s.clear_near <= x <= s.clear_far and abs(y) <= s.clear_side + s.clear_slope * x):
-            return False
-        reach = math.hypot(x, y)
+        x, y = local[:, 0], local[:, 1]
+        clear = (s.clear_near <= x) & (x <= s.clear_far) & (np.abs(y) <= s.clear_side + s.clear_slope * x)
+        reach = np.maximum(np.hypot(x, y), 1e-6)
         for other in detections:
-            if other.p["obstacle"] < 0.5 or math.hypot(other.x, other.y) > reach + 0.05:
-                continue
-            if abs(x * other.y - y * other.x) / reach < s.shadow_half_width + 0.5 * other.extent:
-                return False
-        return True
+            if other.p["obstacle"] >= 0.5:
+                behind = reach + 0.05 >= math.hypot(other.x, other.y)
+                across = np.abs(x * other.y - y * other.x) / reach
+                clear &= ~(behind & (across < s.shadow_half_width + 0.5 * other.extent))
+        return clear
 
     def _merge(self) -> None:
         """Of two places that have come together the better known keeps its number."""
-        for place in sorted(self._places, key=lambda p: (-p.views, p.id)):
-            if place not in self._places:
+        if len(self._places) < 2:
+            return
+        limit = 0.6 * self.settings.associate_within
+        x, y = np.array([(p.x, p.y) for p in self._places]).T
+        pairs = np.argwhere(np.triu(np.hypot(x[:, None] - x, y[:, None] - y) < limit, 1)).tolist()
+        gone: set[int] = set()
+        for a, b in pairs:
+            if a in gone or b in gone:
                 continue
-            for other in list(self._places):
-                near = math.hypot(other.x - place.x, other.y - place.y) < 0.6 * self.settings.associate_within
-                if other is not place and near:
-                    place.absorb(other)
-                    self._places.remove(other)
+            first, second = self._places[a], self._places[b]
+            keep, drop = (a, b) if (first.views, -first.id) >= (second.views, -second.id) else (b, a)
+            self._places[keep].absorb(self._places[drop])
+            gone.add(drop)
+        self._places = [place for index, place in enumerate(self._places) if index not in gone]
 
 
 def _variance(found: Detection, covariance: NDArray[np.float64]) -> tuple[float, float]:

@@ -47,8 +47,8 @@ class GroundImage:
 
     def to_base(self, rows_columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Pixels (N, 2) as (row, column) to base_link (N, 2), metres."""
-        points = np.asarray(rows_columns, dtype=np.float64) * -self.metres_per_pixel
-        return points + (self.far, self.left)
+        corner = np.array([self.far, self.left])
+        return corner - np.asarray(rows_columns, dtype=np.float64) * self.metres_per_pixel
 
     def to_pixel(self, points_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """base_link (N, 2) in metres to (row, column) (N, 2), not rounded."""

@@ -1,13 +1,14 @@
 """What the classifier is told about a candidate: two small pictures and a few numbers (paper section 4.2).
 
-    [0, 256)    16x16 thermal patch, 2 cm a pixel: contrast against the ground around, divided by its spread
-    [256, 512)  16x16 occupancy patch: where the contrast stands out of the ground's own spread (section 4.1)
-    [512, ...)  numbers, see STATISTICS
+[0, 256)    16x16 thermal patch, 2 cm a pixel: contrast against the ground around, divided by its spread
+[256, 512)  16x16 occupancy patch: where the contrast stands out of the ground's own spread (section 4.1)
+[512, ...)  numbers, see STATISTICS
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -21,8 +22,8 @@ PATCH_METRES_PER_PIXEL = 0.02
 # Mean contrasts of these rings around the centre, metres.
 RINGS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.11, 0.15)
 STATISTICS = (
-    *(f"ring {a * 100:.0f}-{b * 100:.0f} cm" for a, b in zip(RINGS, RINGS[1:], strict=False)),
-    *(f"spread of ring {a * 100:.0f}-{b * 100:.0f} cm" for a, b in zip(RINGS, RINGS[1:], strict=False)),
+    *(f"ring {a * 100:.0f}-{b * 100:.0f} cm" for a, b in pairwise(RINGS)),
+    *(f"spread of ring {a * 100:.0f}-{b * 100:.0f} cm" for a, b in pairwise(RINGS)),
     "highest",
     "lowest",
     "mean gradient",
@@ -38,9 +39,7 @@ KELVIN_COLUMNS = tuple(2 * SIDE * SIDE + i for i in range(len(STATISTICS) - 3))
 
 _OFFSETS = ((np.arange(SIDE) - (SIDE - 1) / 2.0) * PATCH_METRES_PER_PIXEL).astype(np.float32)
 _DISTANCE = np.hypot(*np.meshgrid(_OFFSETS, _OFFSETS, indexing="ij"))
-_RING_WEIGHTS = np.stack(
-    [((a <= _DISTANCE) & (b > _DISTANCE)).astype(np.float32).ravel() for a, b in zip(RINGS, RINGS[1:], strict=False)]
-)
+_RING_WEIGHTS = np.stack([((a <= _DISTANCE) & (b > _DISTANCE)).astype(np.float32).ravel() for a, b in pairwise(RINGS)])
 _RING_WEIGHTS /= _RING_WEIGHTS.sum(axis=1, keepdims=True)
 _OUTSIDE = (_DISTANCE >= 0.12).ravel()
 

@@ -21,6 +21,9 @@ PRIOR = {"obstacle": 0.2, "surface": 0.1, "buried": 0.15, "background": 0.55}
 # One look may not decide alone, and no place is ever beyond doubt.
 LEAST_PROBABILITY = 0.03
 MOST_LOG = 6.0
+# All looks at one place share its soil and its model's errors: together they never weigh more than so many.
+MOST_LOOKS = 5.0
+_PRIOR_VALUES = np.array([PRIOR[name] for name in CLASSES])
 # Viewpoints that differ by less than this (metres, radians) are the same one.
 VIEW_STEP, VIEW_TURN = 0.12, 0.25
 # A place below this probability of being a mine after SPENT_LOOKS looks is forgotten.
@@ -46,7 +49,8 @@ class Place:
     suspected: bool = False
     indication: bool = False
     looks: int = 0
-    _log: NDArray[np.float64] = field(default_factory=lambda: np.log(list(PRIOR.values())), repr=False)
+    _evidence: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(CLASSES)), repr=False)
+    _weight: float = field(default=0.0, repr=False)
     _seen_from: dict[tuple[int, int, int], int] = field(default_factory=dict, repr=False)
     _sums: NDArray[np.float64] = field(default_factory=lambda: np.zeros(4), repr=False)
     _pose_variance: float = field(default=math.inf, repr=False)
@@ -121,9 +125,9 @@ class Place:
 
     def _learn(self, answer: dict[str, float], weight: float) -> None:
         values = np.array([max(answer[name], LEAST_PROBABILITY) for name in CLASSES])
-        prior = np.array([PRIOR[name] for name in CLASSES])
-        self._log += weight * np.log(values / values.sum() / prior)
-        self._log = np.maximum(self._log - self._log.max(), -MOST_LOG)
-        e = np.exp(self._log)
+        self._evidence += weight * np.log(values / values.sum() / _PRIOR_VALUES)
+        self._weight += weight
+        log = np.log(_PRIOR_VALUES) + self._evidence / (1.0 + self._weight / MOST_LOOKS)
+        e = np.exp(np.maximum(log - log.max(), -MOST_LOG))
         self.p = dict(zip(CLASSES, (e / e.sum()).tolist(), strict=True))
         self.looks += 1

@@ -44,8 +44,12 @@ class ClockFit:
     error_bound: float
 
 
-def fit_clock(samples: list[Sample]) -> ClockFit:
-    """Offset and drift through the least delayed samples; `samples` must not be empty."""
+def fit_clock(samples: list[Sample], time_step: float = 0.0) -> ClockFit:
+    """Offset and drift through the least delayed samples; `samples` must not be empty.
+
+    `time_step`: seconds to which the times are rounded; both ends of an exchange may be off by half of it, the same
+    way each time, so no number of samples averages it out.
+    """
     shortest = min(sample.excess for sample in samples)
     chosen = [sample for sample in samples if sample.excess <= shortest + ROUND_TRIP_SLACK]
     fit = _line(chosen)
@@ -55,16 +59,20 @@ def fit_clock(samples: list[Sample]) -> ClockFit:
     if len(kept) < len(chosen):
         fit = _line(kept)
     spread = math.sqrt(sum(_residual(fit, sample) ** 2 for sample in kept) / len(kept))
-    bound = 0.5 * shortest + spread / math.sqrt(len(kept)) + 0.5e-6
+    bound = time_step + 0.5 * shortest + spread / math.sqrt(len(kept)) + 0.5e-6
     return ClockFit(fit.origin, fit.offset, fit.drift, bound)
 
 
 class ClockEstimate:
     """Collects exchanges and converts between companion time (s) and firmware time (µs, unwrapped)."""
 
-    def __init__(self, byte_time: float = 10.0 / 230_400.0) -> None:
-        """`byte_time`: seconds that one byte takes on the wire, 0 where it travels at once (USB, pty without rig)."""
+    def __init__(self, byte_time: float = 10.0 / 230_400.0, time_step: float = 0.0) -> None:
+        """`byte_time`: seconds that one byte takes on the wire, 0 where it travels at once (USB, pty without rig).
+
+        `time_step`: see `fit_clock`.
+        """
         self.byte_time = byte_time
+        self.time_step = time_step
         self.count = 0
         self.round_trip = math.inf
         self._samples: deque[Sample] = deque(maxlen=WINDOW)
@@ -96,7 +104,7 @@ class ClockEstimate:
         near = self.to_firmware(at) if self._fit is not None else receive_time_us
         firmware_us = unwrap(receive_time_us, 32, near)
         self._samples.append(Sample(at, firmware_us * 1e-6, excess))
-        self._fit = fit_clock(list(self._samples))
+        self._fit = fit_clock(list(self._samples), self.time_step)
         self.round_trip = round_trip
         self.count += 1
 

@@ -52,14 +52,19 @@ class RigProcess:
         self._folder = tempfile.TemporaryDirectory(prefix="rover-rig-", ignore_cleanup_errors=True)
         self.control = str(Path(self._folder.name) / "control.sock")
         self.log = log
-        self._process = subprocess.Popen(
-            rig_command(options, self.control),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=log.open("wb"),
-            start_new_session=True,
-        )
-        announcement = self._announcement()
+        with log.open("wb") as messages:
+            self._process = subprocess.Popen(
+                rig_command(options, self.control),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=messages,
+                start_new_session=True,
+            )
+        try:
+            announcement = self._announcement()
+        except BaseException:  # Ctrl-C too: nobody else knows of this process yet
+            self.stop()
+            raise
         self.port = str(announcement["port"])
         self.control = str(announcement["control"])
 
@@ -91,7 +96,6 @@ class RigProcess:
         except (ValueError, AttributeError) as error:
             code = self._wait_briefly()
             said = _last_line(self.log)
-            self.stop()
             if code == BadInput.exit_code:
                 raise BadInput(said) from error
             raise PreflightFailed(f"the rig did not start: {said or 'it said nothing'} (log: {self.log})") from error

@@ -61,7 +61,7 @@ class Link:
         """`session`: 16-bit number of this session, echoed by the firmware. `byte_time`: see `ClockEstimate`."""
         self.clock = clock
         self.wire = Wire(transport, tap)
-        self.clock_estimate = ClockEstimate(byte_time)
+        self.clock_estimate = ClockEstimate(byte_time, transport.time_step)
         self.stream = SegmentStream(self._send, self.clock_estimate)
         self.identity: Identity | None = None
         self.state: FirmwareState | None = None

@@ -77,7 +77,10 @@ class SegmentStream:
         self._clock = clock
         self._items: deque[_Item] = deque()
         self._base: int | None = None
+        # Of the waiting segments, counted from the oldest: sent in this round of go-back-N, and sent at all. A late
+        # acknowledgement may tell of more than the round has repeated so far.
         self._sent = 0
+        self._exposed = 0
         self._settled_after: float | None = None
         self._last_sent_at = 0.0
         self.status: MotionStatus | None = None
@@ -121,10 +124,10 @@ class SegmentStream:
 
     def clear(self, now: float) -> None:
         """Forgets what was not acknowledged: after a stop, a latch or a disarm, when the firmware's queue is gone."""
-        if self._sent:
+        if self._exposed:
             self._settled_after = self._last_sent_at + SETTLE
         self._items.clear()
-        self._sent = 0
+        self._sent = self._exposed = 0
         self.end_time = now
 
     def on_status(self, status: MotionStatus) -> None:
@@ -138,16 +141,17 @@ class SegmentStream:
         if self._base is None:
             self._base = status.next_index
         advance = ahead(status.next_index, self._base)
-        if 0 < advance <= self._sent:
+        if 0 < advance <= self._exposed:
             for _ in range(advance):
                 self._items.popleft()
-            self._sent -= advance
+            self._exposed -= advance
+            self._sent = max(0, self._sent - advance)
             self._base = status.next_index
             self.accepted += advance
         elif advance > 0 or advance < -STALE:
             # The firmware counts from elsewhere (it has restarted): what waits takes the indexes that it expects.
             self._base = status.next_index
-            self._sent = 0
+            self._sent = self._exposed = 0
 
     def service(self, now: float) -> None:
         """Sends what fits, repeats what is overdue."""
@@ -161,6 +165,7 @@ class SegmentStream:
         for _ in range(min(room - self._sent, BURST)):
             self._transmit(self._sent, now)
             self._sent += 1
+            self._exposed = max(self._exposed, self._sent)
 
     def _overdue(self, now: float) -> bool:
         """True when the oldest segment on the wire should have been acknowledged by now."""

@@ -29,6 +29,8 @@ class Transport(Protocol):
 
     bytes_written: int
     bytes_read: int
+    time_step: float
+    """Seconds to which the times of chunks, and the firmware's own at the other end, are rounded."""
 
     def write(self, data: bytes) -> None:
         """Sends all of `data`."""
@@ -53,6 +55,8 @@ def open_port(port: str, baud: int, timeout: float) -> serial.Serial:
 
 class SerialTransport:
     """A real port: a thread reads it and stamps each chunk with `clock`."""
+
+    time_step = 0.0
 
     def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
         self.port = port
@@ -104,6 +108,8 @@ class SerialTransport:
 
 class LockstepTransport:
     """The rig's pty: bytes are read up to the counts that the rig has announced, so their times are virtual."""
+
+    time_step = 0.001
 
     def __init__(self, port: str, baud: int = 230_400, patience: float = 5.0) -> None:
         self.port = port

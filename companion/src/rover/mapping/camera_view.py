@@ -25,7 +25,7 @@ def view_polygon(camera: CameraModel, limit: float = SEEN_RANGE) -> NDArray[np.f
 class CameraView:
     """Ground points of base_link, on a lattice of half a cell, with the pixels that show them.
 
-    points: (N, 2) metres. maps: for cv2.remap, (N, 1, 2) float32 pixels.
+    points: (N, 2) metres; offset: the same from the camera's foot. maps: for cv2.remap, (N, 1, 2) float32 pixels.
     """
 
     def __init__(self, camera: CameraModel, spacing: float) -> None:
@@ -40,6 +40,4 @@ class CameraView:
         self.inside = camera.inside(uv.reshape(-1, 2), EDGE_PIXELS).reshape(points.shape[:2])
         self.points = points[self.inside].astype(np.float32)
         self.maps = uv[self.inside].astype(np.float32).reshape(-1, 1, 2)
-        offset = self.points - np.array([camera.x, camera.y], np.float32)
-        self.bearing = np.arctan2(offset[:, 1], offset[:, 0])
-        self.range = np.hypot(offset[:, 0], offset[:, 1])
+        self.offset = self.points - np.array([camera.x, camera.y], np.float32)

@@ -88,15 +88,16 @@ class SurveyGrid:
         if not inside.any():
             return
         cover = obstacle_cover(view, detections)
-        shown = ~cover.hidden & ~cover.obstacle
-        strange = anomalies(kelvin)
+        strong, weak = anomalies(kelvin)
+        solid = (cover.obstacle & (weak | cover.core)) | (strong & ~cover.explained & ~cover.hidden)
+        shown = ~cover.hidden & ~cover.obstacle & ~solid
         flat = rows * self.shape[1] + columns
         # Several points fall into a cell: the cell is what any of its points is.
         cells_shown = _cells(flat[inside & shown], self.shape)
-        cells_hit = _cells(flat[inside & cover.obstacle & (strange | cover.core)], self.shape)
-        self.seen |= cells_shown & ~cells_hit
-        weight = np.float32(1.0 if sigma <= SURE_POSE else SURE_POSE / sigma)
+        cells_hit = _cells(flat[inside & solid], self.shape)
         free = cells_shown & ~cells_hit
+        self.seen |= free
+        weight = np.float32(1.0 if sigma <= SURE_POSE else SURE_POSE / sigma)
         self.thermal[cells_hit] += THERMAL_HIT * weight
         self.thermal[free] += THERMAL_FREE * weight
         np.clip(self.thermal, *LIMITS, out=self.thermal)

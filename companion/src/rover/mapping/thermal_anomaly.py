@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 # A cell stands out when it differs by this many standard deviations and by this many kelvin.
 LEAST_SIGMAS = 4.0
 LEAST_KELVIN = 0.8
+# The same where the classifier has already said that an obstacle stands.
+WEAK_SIGMAS = 2.0
+WEAK_KELVIN = 0.35
 
 
 def background(kelvin: NDArray[np.float32]) -> tuple[float, float]:
@@ -19,7 +22,9 @@ def background(kelvin: NDArray[np.float32]) -> tuple[float, float]:
     return middle, 1.4826 * float(np.median(np.abs(kelvin - middle)))
 
 
-def anomalies(kelvin: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """True where a temperature stands out, of the same shape as `kelvin`."""
+def anomalies(kelvin: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Where a temperature stands out strongly, and where it stands out at all; each of the shape of `kelvin`."""
     middle, spread = background(kelvin)
-    return np.abs(kelvin - middle) > max(LEAST_SIGMAS * spread, LEAST_KELVIN)
+    away = np.abs(kelvin - middle)
+    strong = away > max(LEAST_SIGMAS * spread, LEAST_KELVIN)
+    return strong, away > max(WEAK_SIGMAS * spread, WEAK_KELVIN)

@@ -19,6 +19,11 @@ from rover.vehicle import Limits, Vehicle
 START_LEAD = 0.16
 
 
+# How far the rover may still go after a stop that starts at the end of what is committed, metres: 0.7 s of driving and
+# the braking itself.
+COMMITTED_REACH = 0.30
+
+
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
@@ -59,11 +64,19 @@ class Drive:
         self._follower.request_stop()
         self._follower.next_segments(now, Pose2(0.0, 0.0, 0.0), self.committed)
 
-    def check(self, space: FreeSpace, pose: Pose2) -> None:
-        """Brakes when the rest of the path is no longer free."""
-        if not self.blocked and len(self._path) > 1 and not space.is_clear(remaining(self._path, pose)):
-            self.blocked = True
-            self.stop()
+    def check(self, space: FreeSpace, pose: Pose2) -> bool:
+        """Brakes when the rest of the path is no longer free; True when that would be too late.
+
+        What is committed can't be taken back: where it leads into blocked ground only the firmware stops in time.
+        """
+        if self.blocked or len(self._path) < 2:
+            return False
+        ahead = remaining(self._path, pose)
+        if space.is_clear(ahead):
+            return False
+        self.blocked = True
+        self.stop()
+        return not space.is_clear(cut(ahead, COMMITTED_REACH))
 
     def step(self, now: float, pose: Pose2) -> tuple[list[Segment], float | None]:
         """Segments to send now, and when a run that begins with them starts."""
@@ -89,3 +102,14 @@ def remaining(path: NDArray[np.float64], pose: Pose2) -> NDArray[np.float64]:
     nearest = start + t[:, None] * along
     leg = int(np.argmin(((nearest - here) ** 2).sum(axis=1)))
     return np.vstack([nearest[leg], path[leg + 1 :]])
+
+
+def cut(path: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """The first `length` metres of a polyline (N, 2)."""
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    if length >= way[-1]:
+        return path
+    last = int(np.searchsorted(way, length, side="right"))
+    share = (length - way[last - 1]) / steps[last - 1]
+    return np.vstack([path[:last], path[last - 1] + share * (path[last] - path[last - 1])])

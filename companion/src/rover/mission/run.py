@@ -190,6 +190,8 @@ class _Run:
             self._on_status(self._status(now))
 
     def _carry_out(self, orders: Orders) -> None:
+        if orders.stop:
+            self.link.stop()
         if orders.arm:
             try:
                 self.link.arm()

@@ -32,7 +32,7 @@ INSPECTION_TIME = 1.0
 # A cell that stayed unseen from so many viewpoints that should have shown it is hidden.
 MAX_LOOKS = 2
 # Stops by the firmware that the mission goes on after; the stall of a wheel is tried less often.
-REARM_LIMITS = {"SonarGuard": 30, "Underrun": 5, "DeadMan": 3, "Stall": 3}
+REARM_LIMITS = {"SonarGuard": 30, "StopCommand": 100, "Underrun": 5, "DeadMan": 3, "Stall": 3}
 # Between the latch and the new arming: the rover has come to rest and the pose has settled.
 REARM_DELAY = 0.4
 # A pose less certain than this, 1σ in metres, must not be driven on.
@@ -41,11 +41,12 @@ LOST_SIGMA = 0.08
 
 @dataclass(frozen=True)
 class Orders:
-    """What the caller has to do now. start: when the run that these segments begin starts."""
+    """What the caller has to do now. start: when the run that these segments begin starts. stop: by the firmware."""
 
     segments: list[Segment] = field(default_factory=list)
     start: float | None = None
     arm: bool = False
+    stop: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,9 @@ class Survey:
         self._watch_limits(now)
         space = self._free_space() if mapped else None
         if space is not None and not self.drive.at_rest(now):
-            self.drive.check(space, self.perception.pose)
+            urgent = self.drive.check(space, self.perception.pose)
+            if urgent:
+                return Orders(stop=True)
         segments, start = self.drive.step(now, self.perception.pose)
         if not segments and self.drive.at_rest(now):
             self._at_rest(now, space)

@@ -1,0 +1,47 @@
+"""The comparison with MAVLink 2 measures what it says."""
+
+from __future__ import annotations
+
+import pytest
+
+from tools.bench import protocol
+
+pytestmark = pytest.mark.skipif(protocol.mavlink is None, reason="pymavlink is not installed")
+
+
+@pytest.mark.parametrize("side", [protocol.Rover, protocol.Mavlink])
+def test_what_is_encoded_is_decoded(side: type) -> None:
+    source, feed = side(), side.decoder()
+    assert [len(feed(source.sonar(number))) for number in range(50)] == [1] * 50
+
+
+def test_garbage_costs_the_rover_one_frame_at_most() -> None:
+    result = protocol.resync(protocol.Rover, seed=3, trials=200)
+    assert result.frames_lost_worst <= 1
+    assert result.bytes_worst <= framed_sonar()
+
+
+def framed_sonar() -> int:
+    return len(protocol.Rover().sonar(1))
+
+
+def test_the_same_seed_gives_the_same_figures() -> None:
+    first, second = (protocol.resync(protocol.Mavlink, seed=5, trials=20) for _ in range(2))
+    assert first == second
+
+
+def test_a_line_with_bit_errors_loses_about_the_frames_that_were_hit() -> None:
+    share = protocol.through_noise(protocol.Rover, seed=1, frames=2000)
+    # 120 bits a frame at 1e-4, and the frame behind a zero that was hit or made.
+    assert 0.97 < share < 0.995
+
+
+def test_segments_take_less_than_a_tenth_of_set_points() -> None:
+    segments, setpoints = protocol.motion_rates()
+    assert segments < setpoints / 10
+
+
+def test_the_table_has_a_line_for_everything() -> None:
+    lines = list(protocol.table(seed=1, trials=5, frames=20, repeats=1))
+    assert all(line.count("|") == 5 for line in lines)
+    assert len(lines) == 12

@@ -161,7 +161,8 @@ class LockstepRig:
             reply = json.loads(_receive(self._socket, lengths[0]))
             blob = _receive(self._socket, lengths[1])
         except (OSError, ValueError) as error:
-            raise LinkLost(f"link lost: the rig is gone ({error or type(error).__name__})") from error
+            why = getattr(error, "strerror", None) or str(error) or type(error).__name__
+            raise LinkLost(f"link lost: the rig is gone ({why})") from error
         if "error" in reply:
             raise LinkLost(f"link lost: the rig: {reply['error']}")
         return reply, blob

@@ -24,14 +24,16 @@ from rover.vehicle import SonarMount
 from rover.vision.camera import CameraModel
 
 # Log-odds of one frame, their limits, and from where on a cell counts as occupied.
-THERMAL_HIT = 0.9
-THERMAL_FREE = -0.5
-LIMITS = (-3.0, 4.0)
+THERMAL_HIT = 0.7
+THERMAL_FREE = -0.6
+LIMITS = (-2.0, 2.4)
 OCCUPIED = 1.2
+# What is narrower than three cells is a pebble or an edge, not an obstacle.
+SMALLEST = np.ones((3, 3), np.uint8)
 # A frame that shows plain ground takes this from the sonar layer, where no close echo speaks against it.
 SONAR_FREED = -0.35
 # Echoes nearer than this, metres, outweigh the camera once PERSISTENT of them have come.
-CLOSE_ECHO = 0.50
+CLOSE_ECHO = 0.32
 PERSISTENT = 3
 # A pose less certain than this, metres, still shows the ground but maps obstacles with less weight.
 SURE_POSE = 0.03
@@ -69,7 +71,8 @@ class SurveyGrid:
     @property
     def occupied(self) -> NDArray[np.bool_]:
         """Cells where the camera or the sonar says that something stands."""
-        return (self.thermal > OCCUPIED) | (self.sonar > OCCUPIED)
+        thermal = cv2.morphologyEx((self.thermal > OCCUPIED).astype(np.uint8), cv2.MORPH_OPEN, SMALLEST)
+        return thermal.astype(bool) | (self.sonar > OCCUPIED)
 
     def view_polygon(self, camera: CameraModel) -> NDArray[np.float64]:
         """Convex outline (N, 2) in base_link of what `integrate_frame` marks as seen on open ground."""

@@ -31,7 +31,7 @@ MINE_RADIUS = 0.06
 
 # A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
 # must not stop the rover.
-CHECK_TOLERANCE = 0.02
+CHECK_TOLERANCE = 0.03
 
 
 @dataclass(frozen=True, eq=False)

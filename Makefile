@@ -48,22 +48,22 @@ setup-dev: setup $(VENV)/.dev
 test: setup-dev firmware test-rust test-python
 
 test-rust: setup
-	$(CARGO) test --release --quiet -p rover-protocol -p rover-core -p rover-sitl
+	$(CARGO) test --release --quiet -p rover-protocol -p rover-core -p rover-sitl -p rover-native -p rover-plant
+	firmware/no_panic.sh
 
 test-python: setup-dev
 	$(BIN)/python -m pytest
 
 lint: setup-dev
 	$(BIN)/ruff check .
-	$(BIN)/ruff format --check . || true
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --quiet --workspace --all-targets -- -D warnings
 
-firmware:
-	firmware/build.sh
+firmware: $(BIN)/python
+	PYTHON=$(CURDIR)/$(BIN)/python firmware/build.sh
 
 bench: setup-dev
 	$(BIN)/python -m tools.bench missions
 
 clean:
-	rm -rf $(VENV) target firmware/pico/target build runs
+	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

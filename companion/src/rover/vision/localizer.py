@@ -16,10 +16,10 @@ from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera import CameraModel
 from rover.vision.cluster import NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
-from rover.vision.planar_pose import GroundPose, GroundPoseSettings, solve_ground_pose
 from rover.vision.ground_view import GroundView
 from rover.vision.keyframe_chain import Keyframe, Keyframes, KeyframeSettings
 from rover.vision.matching import MatchSettings, hamming, mutual_matches, signs
+from rover.vision.planar_pose import GroundPose, GroundPoseSettings, solve_ground_pose
 from rover.vision.preprocess import Preprocessor, PreprocessSettings
 from rover.vision.wheel_filter import FilterSettings, WheelFilter
 

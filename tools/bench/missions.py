@@ -125,6 +125,7 @@ def totals(outcomes: list[Outcome]) -> str:
     visible = sum(o.visible for o in outcomes)
     found = sum(o.found for o in outcomes)
     statuses = {name: sum(o.status == name for o in outcomes) for name in sorted({o.status for o in outcomes})}
+    false = sum(o.false_indications for o in outcomes)
     stated = all(o.reason for o in outcomes if o.status != "done")
     return "\n".join(
         [
@@ -133,17 +134,18 @@ def totals(outcomes: list[Outcome]) -> str:
             f"- mines with at least {CONTRAST_FLOOR} K of contrast reported within 10 cm: {found} of {visible} "
             f"({100 * found / max(visible, 1):.1f} %)",
             f"- mines of any contrast: {sum(o.found_of_all for o in outcomes)} of {sum(o.mines for o in outcomes)}",
-            f"- false indications per m²: mean {sum(o.false_indications for o in outcomes) / sum(o.area for o in outcomes):.3f}, "
-            f"worst {max(o.false_indications / o.area for o in outcomes):.3f}",
+            f"- false indications per m²: mean {false / sum(o.area for o in outcomes):.3f}, worst "
+            f"{max(o.false_indications / o.area for o in outcomes):.3f}",
             f"- collisions {sum(o.collisions for o in outcomes)}, keep-out violations "
             f"{sum(o.keepout_violations for o in outcomes)}, unseen ground driven on "
-            f"{sum(o.unseen_ground for o in outcomes):.4f} m², wheel over a mine {sum(o.wheel_over_mine for o in outcomes)}",
+            f"{sum(o.unseen_ground for o in outcomes):.4f} m², wheel over a mine "
+            f"{sum(o.wheel_over_mine for o in outcomes)}",
             f"- trajectory error: median {100 * median(o.ate for o in outcomes):.1f} cm, worst "
             f"{100 * max(o.ate for o in outcomes):.1f} cm; wheels alone: median "
             f"{100 * median(o.odometry_ate for o in outcomes):.1f} cm, worst "
             f"{100 * max(o.odometry_ate for o in outcomes):.1f} cm",
-            f"- speed (process start to report): median {median(o.duration / o.wall for o in outcomes):.1f} × real time, "
-            f"slowest {min(o.duration / o.wall for o in outcomes):.1f} ×",
+            f"- speed (process start to report): median {median(o.duration / o.wall for o in outcomes):.1f} × "
+            f"real time, slowest {min(o.duration / o.wall for o in outcomes):.1f} ×",
         ]
     )
 

@@ -182,7 +182,9 @@ def _check_places(mission: Mission) -> None:
         if r <= 0.0:
             raise BadInput(f"{mission.path}: [area] obstacles: radius {r:g} of ({x:g}, {y:g}) must be above 0")
         if math.hypot(launch.x - x, launch.y - y) < r + radius:
-            raise NoPath(f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m")
+            raise NoPath(
+                f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m"
+            )
     for number, (gx, gy) in enumerate(mission.goals, start=1):
         if not _inside(mission.area, gx, gy, 0.0):
             raise BadInput(

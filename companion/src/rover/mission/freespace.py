@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -57,7 +58,7 @@ class FreeSpace:
         field = self.field()
         radius = self.radius - CHECK_TOLERANCE
         points = [(float(x), float(y)) for x, y in path]
-        return all(field.segment_clear(a, b, radius) for a, b in zip(points, points[1:], strict=False))
+        return all(field.segment_clear(a, b, radius) for a, b in pairwise(points))
 
 
 def free_space(

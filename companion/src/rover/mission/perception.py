@@ -40,7 +40,7 @@ class Perception:
         self.camera = camera
         self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA)
         self.grid = SurveyGrid(area.width, area.height)
-        self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold, suspect_threshold=0.35, suspect_views=3))
+        self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))
         self.keepout = KeepOut(mission.detector.keepout_radius)
         self.battery: Battery | None = None
         self.last_fix: Fix | None = None

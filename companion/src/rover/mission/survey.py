@@ -1,4 +1,4 @@
-"""The mission itself: what has come in goes in, what is to be sent comes out. No I/O, no clock, no randomness of its own.
+"""The mission itself: what has come in goes in, what is to be sent comes out. No I/O, no clock, no chance of its own.
 
     look around → decide → drive → (inspect) → decide → … → finished
 
@@ -19,7 +19,7 @@ from rover.link.telemetry import FirmwareState, Telemetry
 from rover.mission.config import Mission
 from rover.mission.drive import Drive
 from rover.mission.freespace import FreeSpace, disc_mask, free_space
-from rover.mission.goals import INSPECTED, MAX_ATTEMPTS, PENDING, UNREACHABLE, Goal, Goals
+from rover.mission.goals import INSPECTED, MAX_ATTEMPTS, PENDING, UNREACHABLE, Goals
 from rover.mission.perception import Perception
 from rover.mission.targets import Decision, Target, candidates, decide
 from rover.motion.segment import Segment
@@ -228,8 +228,9 @@ class Survey:
         self._enter("decide", now)
 
     def _inspected(self, now: float) -> None:
-        assert self._target is not None and self._target.goal is not None
-        goal: Goal = self._target.goal
+        assert self._target is not None
+        assert self._target.goal is not None
+        goal = self._target.goal
         goal.attempts += 1
         if goal.state == PENDING:
             if self.perception.was_viewed(goal):

@@ -29,8 +29,8 @@ class LocalizerSettings:
     """search: metres around its expected place in which a feature is looked for, beyond three sigma.
 
     gate: squared Mahalanobis distance up to which a pose is believed (99.9 % of three degrees of freedom).
-    floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. hop: what a keyframe's own pose adds, for
-    frames placed by the same keyframe share its errors. lost_after: refused frames in a row.
+    floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. hop: what a keyframe's own pose
+    adds, for frames placed by the same keyframe share its errors. lost_after: refused frames in a row.
     enough: matches that agree, at which no further keyframe is asked.
     epsilon: of DBSCAN, metres on the ground.
     """
@@ -132,7 +132,8 @@ class Localizer:
         lost = self._refused >= self.settings.lost_after
         if not lost and not self.keyframes.overlapping(predicted):
             self._keep(predicted, covariance[:3, :3], own, base)
-            return self._refuse(Fix(frame.time, False, "new ground: placed by the wheels", len(features), keyframe=True))
+            fix = Fix(frame.time, False, "new ground: placed by the wheels", len(features), keyframe=True)
+            return self._refuse(fix)
         candidates = list(self.keyframes) if lost else self.keyframes.overlapping(predicted)
         best: tuple[GroundPose, Keyframe, int] | None = None
         reason = "no keyframe shows this ground"

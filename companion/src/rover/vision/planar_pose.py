@@ -21,7 +21,9 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class GroundPoseSettings:
-    """reprojection_px: RANSAC's inlier bound. min_base: metres between the two points of a hypothesis. pixel_sigma: least error of a keypoint that is believed, pixels.
+    """reprojection_px: RANSAC's inlier bound. min_base: metres between the two points of a hypothesis.
+
+    pixel_sigma: least error of a keypoint that is believed, pixels.
 
     min_inliers, min_ratio: fewer, or a smaller share, is a refusal. max_tilt: radians by which the general solution may
     differ from the camera's mount; more means that it is wrong.

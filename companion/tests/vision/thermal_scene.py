@@ -6,6 +6,7 @@ camera model with what is tested, so that an error in the estimators can't hide 
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -23,6 +24,7 @@ FRAME_STEPS = 6
 RASTER = 0.005
 ORIGIN = -2.0
 SIDE = 8.0
+START = Pose2(0.6, 0.6, 0.8)
 
 
 def texture(rng: np.random.Generator, rms_kelvin: float = 0.3) -> NDArray[np.float32]:
@@ -79,7 +81,7 @@ class Drive:
 
     @property
     def distance(self) -> float:
-        return sum(a.distance(b) for a, b in zip(self.poses, self.poses[1:], strict=False))
+        return sum(a.distance(b) for a, b in itertools.pairwise(self.poses))
 
 
 def _profile(length: float, speed: float, acceleration: float) -> list[float]:
@@ -102,7 +104,7 @@ def _profile(length: float, speed: float, acceleration: float) -> list[float]:
 def drive(
     rng: np.random.Generator,
     distance: float,
-    start: Pose2 = Pose2(0.6, 0.6, 0.8),
+    start: Pose2 = START,
     slip: float = 0.03,
     turn_speed: float = 1.1,
 ) -> Drive:
@@ -124,11 +126,7 @@ def drive(
             poses.append(Pose2(here.x, here.y, here.heading + math.copysign(a, angle)))
         here = poses[-1]
         for s in _profile(ahead, 0.25, 0.5):
-            poses.append(
-                Pose2(
-                    here.x + s * math.cos(here.heading), here.y + s * math.sin(here.heading), here.heading
-                )
-            )
+            poses.append(Pose2(here.x + s * math.cos(here.heading), here.y + s * math.sin(here.heading), here.heading))
         travelled += ahead
     return with_wheels(rng, poses, slip)
 
@@ -140,7 +138,7 @@ def with_wheels(rng: np.random.Generator, poses: list[Pose2], slip: float) -> Dr
     exact = np.zeros(2)
     counted = np.zeros(2)
     left, right = [], []
-    for a, b in zip(poses, poses[1:], strict=False):
+    for a, b in itertools.pairwise(poses):
         step = b.relative_to(a)
         turn = step.heading
         true = np.array([step.x - turn * TRACK / 2.0, step.x + turn * TRACK / 2.0])

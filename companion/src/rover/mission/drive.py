@@ -5,6 +5,8 @@ Keeps the committed motion in step with what the firmware runs: a stop by the fi
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,8 @@ class Drive:
         self._follower = PathFollower(vehicle, travel)
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self.blocked = False
+        self._escape_left = 0.0
+        self._last: tuple[float, float] | None = None
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -44,9 +48,14 @@ class Drive:
         """How often the follower had to stop and aim anew."""
         return self._follower.restarts
 
-    def start(self, path: NDArray[np.float64], final_heading: float | None) -> None:
-        """Takes a new path; the rover must be at rest."""
+    def start(self, path: NDArray[np.float64], final_heading: float | None, escape: float = 0.0) -> None:
+        """Takes a new path; the rover must be at rest.
+
+        `escape`: metres at its beginning over which it leads out of ground that has become blocked around the rover.
+        """
         self._path = path
+        self._escape_left = escape
+        self._last = None
         self.blocked = False
         self._follower.follow([(float(x), float(y)) for x, y in path], final_heading)
 
@@ -71,7 +80,10 @@ class Drive:
         """
         if self.blocked or len(self._path) < 2:
             return False
-        ahead = remaining(self._path, pose)
+        if self._last is not None:
+            self._escape_left -= math.hypot(pose.x - self._last[0], pose.y - self._last[1])
+        self._last = (pose.x, pose.y)
+        ahead = skip(remaining(self._path, pose), max(self._escape_left, 0.0))
         if space.is_clear(ahead):
             return False
         self.blocked = True
@@ -104,12 +116,19 @@ def remaining(path: NDArray[np.float64], pose: Pose2) -> NDArray[np.float64]:
     return np.vstack([nearest[leg], path[leg + 1 :]])
 
 
+def skip(path: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """A polyline (N, 2) without its first `length` metres; its last point at the least."""
+    return cut(path[::-1], max(float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) - length, 0.0))[::-1]
+
+
 def cut(path: NDArray[np.float64], length: float) -> NDArray[np.float64]:
     """The first `length` metres of a polyline (N, 2)."""
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
     if length >= way[-1]:
         return path
+    if length <= 0.0:
+        return path[:1]
     last = int(np.searchsorted(way, length, side="right"))
     share = (length - way[last - 1]) / steps[last - 1]
     return np.vstack([path[:last], path[last - 1] + share * (path[last] - path[last - 1])])

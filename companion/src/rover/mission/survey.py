@@ -21,7 +21,7 @@ from rover.mission.drive import Drive
 from rover.mission.freespace import FreeSpace, disc_mask, free_space
 from rover.mission.goals import INSPECTED, MAX_ATTEMPTS, PENDING, UNREACHABLE, Goals
 from rover.mission.perception import Perception
-from rover.mission.targets import Decision, Target, candidates, decide
+from rover.mission.targets import START_ESCAPE, Decision, Target, candidates, decide
 from rover.motion.segment import Segment
 from rover.vehicle import Vehicle
 
@@ -213,7 +213,8 @@ class Survey:
             self._finish(now, Outcome("done", "every goal is inspected or unreachable, nothing is left to see"))
             return
         self._target = self.decision.target
-        self.drive.start(self.decision.path, self._target.pose.heading)
+        inside = not space.is_clear(np.vstack([self.decision.path[:1], self.decision.path[:1]]))
+        self.drive.start(self.decision.path, self._target.pose.heading, START_ESCAPE if inside else 0.0)
         goal = self._target.goal
         self._note(now, f"to inspect {goal.id}" if goal else f"to see {self._target.gain_m2:.2f} m² of unseen ground")
         self._enter("drive", now)

@@ -23,7 +23,7 @@ MAX_VIEWPOINTS = 4
 # Viewpoints nearer to each other than this show much the same ground.
 VIEWPOINT_SPACING = 0.5
 # Less unseen ground than this, in m², is not worth a drive.
-MINIMUM_GAIN = 0.01
+MINIMUM_GAIN = 0.03
 # Tree extensions and shortcuts of one plan: a fixed number, not a time, so that a mission can be repeated.
 PLAN_ITERATIONS = 3000
 # Localization may put the rover this far into its own margin; it may drive out again.

@@ -1,0 +1,104 @@
+"""Registration finds what is there, and refuses what is not, on drawn and on real pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from rover.capture.picture import read_picture
+from rover.vision.registration import (
+    Registration,
+    RegistrationSettings,
+    apply_homography,
+    find_features,
+    register,
+    register_features,
+    rmse,
+)
+from thermal_scene import texture
+
+
+def scene(seed: int) -> np.ndarray:
+    ground = texture(np.random.default_rng(seed))[200:840, 200:1000]
+    return np.clip((ground - 299.0) * 127.0, 0, 255).astype(np.uint8)
+
+
+def corner_error(found: Registration, truth: np.ndarray, shape: tuple[int, ...]) -> float:
+    height, width = shape[:2]
+    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    assert found.homography is not None
+    apart = apply_homography(found.homography, corners) - apply_homography(truth, corners)
+    return float(np.linalg.norm(apart, axis=1).mean())
+
+
+def test_rmse_is_equation_6() -> None:
+    assert rmse(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[3.0, 4.0], [1.0, 1.0]])) == pytest.approx(np.sqrt(12.5))
+
+
+def test_a_turned_scaled_and_tilted_picture_is_found_again() -> None:
+    picture = scene(1)
+    turn = np.vstack((cv2.getRotationMatrix2D((400, 320), 25.0, 0.9), [0, 0, 1]))
+    truth = np.array([[1, 0, 20], [0, 1, -10], [1e-4, 5e-5, 1]]) @ turn
+    moved = cv2.warpPerspective(picture, truth, (800, 640))
+    found = register(picture, moved)
+    assert found.status == "ok"
+    assert corner_error(found, truth, picture.shape) < 1.0
+    assert found.rmse_after is not None
+    assert found.rmse_before is not None
+    assert found.rmse_after < 2.0 < 50.0 < found.rmse_before
+    assert found.keypoints[0] >= found.matches >= found.clustered >= found.inliers == len(found.points_a)
+
+
+def test_the_same_pictures_give_the_same_homography_to_the_last_bit() -> None:
+    a = scene(1)
+    b = np.roll(a, 40, axis=1)
+    first, second = register(a, b), register(a, b)
+    np.testing.assert_array_equal(first.homography, second.homography)
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        (scene(1), scene(2)),
+        (scene(1), np.full((640, 800), 90, np.uint8)),
+        (scene(3), np.random.default_rng(0).integers(0, 255, (640, 800)).astype(np.uint8)),
+        (scene(4), scene(4)[:, ::-1].copy()),
+    ],
+    ids=["another scene", "nothing", "noise", "mirrored"],
+)
+def test_what_does_not_belong_together_is_refused(a: np.ndarray, b: np.ndarray) -> None:
+    found = register(a, b)
+    assert found.status == "failed"
+    assert found.homography is None
+    assert found.reason
+
+
+@pytest.mark.parametrize(("other", "limit"), [(2, 1.5), (3, 4.0)])
+def test_graffiti_is_registered_within_pixels(rover_data: Path, other: int, limit: float) -> None:
+    first = read_picture(rover_data / "graf/img1.png")
+    found = register(first, read_picture(rover_data / f"graf/img{other}.png"))
+    assert found.status == "ok"
+    assert corner_error(found, np.loadtxt(rover_data / f"graf/H1to{other}p"), first.shape) < limit
+
+
+def test_graffiti_from_too_far_aside_is_right_or_refused(rover_data: Path) -> None:
+    first = read_picture(rover_data / "graf/img1.png")
+    found = register(first, read_picture(rover_data / "graf/img4.png"))
+    assert found.status == "failed" or corner_error(found, np.loadtxt(rover_data / "graf/H1to4p"), first.shape) < 6.0
+
+
+def test_neighbours_along_the_facade_register_and_strangers_do_not(rover_data: Path) -> None:
+    settings = RegistrationSettings()
+    files = sorted((rover_data / "dunr/tiff").iterdir())[:6]
+    mines = sorted((rover_data / "landmines/images").iterdir())[::150]
+    pictures = [read_picture(f) for f in files + mines]
+    features = [find_features(p, settings) for p in pictures]
+
+    def pair(a: int, b: int) -> Registration:
+        return register_features(features[a], features[b], pictures[a].shape, pictures[b].shape, settings)
+
+    assert [pair(i, i + 1).status for i in range(len(files) - 1)] == ["ok"] * (len(files) - 1)
+    strangers = [(a, b) for a in range(len(files)) for b in range(len(files), len(pictures))]
+    assert {pair(a, b).status for a, b in strangers} == {"failed"}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.link.statistics import LinkFigures
 from rover.mission.freespace import disc_mask
-from rover.mission.goals import INSPECTED
+from rover.mission.goals import DISMISSED, INSPECTED
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.ate import absolute_trajectory_error
@@ -76,6 +76,7 @@ def assemble(
                 time=None if goal.inspected_at is None else goal.inspected_at - start,
             )
             for number, goal in enumerate(survey.goals, start=1)
+            if goal.state != DISMISSED  # the ground there proved to be plain: nothing is left to inspect
         ),
         obstacles=_obstacles(survey),
         unsurveyed=_unsurveyed(survey),

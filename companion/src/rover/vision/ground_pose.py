@@ -1,173 +1,217 @@
-"""Where the rover stands, from points on the ground whose places in map are known: Perspective-n-Point (section 3.3).
+"""Where the rover stands, from ground points that are known and where the camera sees them (sections 3.3, 4.3).
 
-First the general solution with RANSAC, which says which matches belong together; then, because the camera is bolted to
-the rover and the rover stands on the ground, the same points fitted with the three unknowns that are left.
+Perspective-n-Point with every point on the plane z = 0 and the camera on its known mount. First a consensus tells
+inliers from outliers, then a robust Gauss-Newton over (x, y, heading) alone minimises the reprojection error: the
+mount is rigid, so the other three degrees of freedom of a free PnP would only take up noise.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.geometry import Pose2
+from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera import CameraModel
 
 Points = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class GroundPoseSettings:
-    """reprojection_px: RANSAC's inlier bound. min_base: metres between the two points of a hypothesis. pixel_sigma: least error of a keypoint that is believed, pixels.
+    """consensus: "planar" (two-point hypotheses on the ground) or "pnp" (OpenCV's solvePnPRansac, six degrees).
 
-    min_inliers, min_ratio: fewer, or a smaller share, is a refusal. max_tilt: radians by which the general solution may
-    differ from the camera's mount; more means that it is wrong.
+    tolerance_px: reprojection error of an inlier. sigma_px: least noise of a keypoint, one axis.
+    hypotheses: tried by the planar consensus. seed: of the random choices; same input, same result.
     """
 
-    reprojection_px: float = 2.0
-    iterations: int = 80
-    min_base: float = 0.15
-    pixel_sigma: float = 0.4
-    min_inliers: int = 12
-    min_ratio: float = 0.3
-    max_tilt: float = math.radians(12.0)
-    seed: int = 1
+    consensus: str = "planar"
+    tolerance_px: float = 2.5
+    sigma_px: float = 0.5
+    hypotheses: int = 96
+    iterations: int = 6
+    min_inliers: int = 10
+    seed: int = 7
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPose:
-    """pose: of base_link in map. covariance: (3, 3) of x, y, heading. inliers: which of the points fitted, (N,) bool.
+    """pose: base_link in the frame of the known points; covariance (3, 3) of (x, y, heading), metres and radians.
 
-    residual_px: root mean square error of the inliers in the picture.
+    inliers: (N,) of the points given. residual_px: rms reprojection error of the inliers, one axis.
     """
 
     pose: Pose2
-    covariance: NDArray[np.float64]
-    inliers: NDArray[np.bool_]
+    covariance: Points
+    inliers: Mask = field(repr=False)
     residual_px: float
+
+    @property
+    def count(self) -> int:
+        """Number of inliers."""
+        return int(self.inliers.sum())
 
 
 def solve_ground_pose(
-    camera: CameraModel, map_points: Points, pixels: Points, prior: Pose2, settings: GroundPoseSettings
-) -> GroundPose | str:
-    """Pose from ground points of map (N, 2) seen at pixels (N, 2); a text says why there is none."""
-    if len(map_points) < settings.min_inliers:
-        return "too few matches"
-    normalized = camera.pixel_to_normalized(pixels)
-    inliers = _ransac(camera, map_points, normalized, prior, settings)
-    if inliers is None:
-        return "no pose agrees with the matches"
-    pose = prior
-    for _ in range(2):
-        if inliers.sum() < max(settings.min_inliers, settings.min_ratio * len(map_points)):
-            return "too few matches agree"
-        fitted = _fit(camera, map_points[inliers], normalized[inliers], pose)
-        if fitted is None:
-            return "the matches do not determine a pose"
-        pose, information = fitted
-        error = camera.fx * np.linalg.norm(_residuals(camera, map_points, normalized, pose), axis=1)
-        inliers = error <= settings.reprojection_px
-    count = int(inliers.sum())
-    if count < max(settings.min_inliers, settings.min_ratio * len(map_points)):
-        return "too few matches agree"
-    residual = float(np.sqrt(np.mean(error[inliers] ** 2)))
-    sigma = max(residual, settings.pixel_sigma) / camera.fx
-    covariance = np.linalg.inv(information) * sigma**2
-    return GroundPose(pose, 0.5 * (covariance + covariance.T), inliers, residual)
+    known: Points, seen: Points, camera: CameraModel, settings: GroundPoseSettings, noise: Points | None = None
+) -> GroundPose | None:
+    """The pose from which ground points are seen where they are; None when too few of them agree.
 
-
-def _ransac(
-    camera: CameraModel, map_points: Points, normalized: Points, prior: Pose2, settings: GroundPoseSettings
-) -> NDArray[np.bool_] | None:
-    """Matches that one pose of the rover explains, from hypotheses of two matches each; None when there are too few.
-
-    Two points on the ground fix the three unknowns. The winner's matches must also agree with PnP of all six: a tilt
-    that contradicts the mount means that they lie on something else than the ground.
+    known: (N, 2) in the outer frame (map, or a keyframe's). seen: (N, 2) the same points in base_link as the picture
+    shows them (`CameraModel.pixel_to_ground`). noise: (N,) relative standard deviations, 1 when not given.
     """
-    base = _on_ground(camera, normalized)
-    # A pixel is the longer on the ground the flatter it is looked at: slant² / (height · focal length).
-    slant2 = (base[:, 0] - camera.x) ** 2 + (base[:, 1] - camera.y) ** 2 + camera.z**2
-    tolerance = settings.reprojection_px * slant2 / (camera.z * camera.fx)
-    generator = np.random.default_rng(settings.seed)
-    pairs = generator.integers(0, len(base), (settings.iterations, 2))
-    d_base, d_map = base[pairs[:, 1]] - base[pairs[:, 0]], map_points[pairs[:, 1]] - map_points[pairs[:, 0]]
-    length = np.hypot(d_base[:, 0], d_base[:, 1])
-    stretch = np.abs(np.hypot(d_map[:, 0], d_map[:, 1]) - length)
-    usable = (length > settings.min_base) & (stretch < tolerance[pairs].sum(axis=1))
-    if not usable.any():
+    if len(known) < settings.min_inliers:
         return None
-    pairs, d_base, d_map = pairs[usable], d_base[usable], d_map[usable]
-    turn = np.arctan2(d_map[:, 1], d_map[:, 0]) - np.arctan2(d_base[:, 1], d_base[:, 0])
-    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    x, y = c * base[:, 0] - s * base[:, 1], s * base[:, 0] + c * base[:, 1]
-    dx, dy = map_points[:, 0] - x, map_points[:, 1] - y
-    rows = np.arange(len(pairs))[:, None]
-    dx -= dx[rows, pairs].mean(axis=1, keepdims=True)
-    dy -= dy[rows, pairs].mean(axis=1, keepdims=True)
-    agrees = dx * dx + dy * dy < tolerance**2
-    inliers = agrees[int(np.argmax(agrees.sum(axis=1)))]
+    normalized, depth = camera.ground_to_normalized(seen)
+    weight_sigma = np.ones(len(known)) if noise is None else noise
+    if settings.consensus == "pnp":
+        inliers = consensus_pnp(known, normalized, camera, settings)
+    else:
+        inliers = consensus_planar(known, seen, metres_per_pixel(depth, camera), settings)
+    if inliers is None or inliers.sum() < settings.min_inliers:
+        return None
+    start = rigid_fit(known[inliers], seen[inliers])
+    pose, covariance, residual = refine(
+        known[inliers], normalized[inliers], camera, start, settings, weight_sigma[inliers]
+    )
+    # Once more with every point that fits the refined pose: the consensus saw it through two noisy points only.
+    error = reprojection_error(known, normalized, camera, pose)
+    inliers = error <= settings.tolerance_px * weight_sigma
     if inliers.sum() < settings.min_inliers:
         return None
-    world = np.column_stack((map_points[inliers] - (prior.x, prior.y), np.zeros(int(inliers.sum()))))
-    found, rotation, _ = cv2.solvePnP(world, normalized[inliers], np.eye(3), None, flags=cv2.SOLVEPNP_IPPE)
-    up = cv2.Rodrigues(rotation)[0][:, 2]
-    if not found or math.acos(float(np.clip(up @ camera.extrinsic[:3, 2], -1.0, 1.0))) > settings.max_tilt:
+    pose, covariance, residual = refine(
+        known[inliers], normalized[inliers], camera, pose, settings, weight_sigma[inliers]
+    )
+    return GroundPose(pose, covariance, inliers, residual)
+
+
+def metres_per_pixel(depth: Points, camera: CameraModel) -> Points:
+    """Ground covered by a pixel (N,), geometric mean of its two sides, at points of this depth (N,).
+
+    A ray of depth Z that meets the plane covers (Z/f)² · Z/h of it, h being the camera's height.
+    """
+    focal_squared = camera.fx * camera.fy
+    return np.sqrt(np.maximum(depth, 1e-6) ** 3 / (focal_squared * camera.z))
+
+
+def consensus_planar(
+    known: Points, seen: Points, pixel_m: Points, settings: GroundPoseSettings
+) -> Mask | None:
+    """Inliers (N,) of the best of many two-point rigid hypotheses, all tested at once; None when there is none."""
+    count = len(known)
+    if count < 2:
         return None
+    rng = np.random.Generator(np.random.PCG64(settings.seed))
+    first = rng.integers(0, count, settings.hypotheses)
+    second = (first + rng.integers(1, count, settings.hypotheses)) % count
+    # Complex numbers: known = turn · seen + shift, with |turn| = 1.
+    g = known[:, 0] + 1j * known[:, 1]
+    s = seen[:, 0] + 1j * seen[:, 1]
+    across_g, across_s = g[second] - g[first], s[second] - s[first]
+    length_g, length_s = np.abs(across_g), np.abs(across_s)
+    tolerance = settings.tolerance_px * pixel_m
+    fits = (np.abs(length_g - length_s) <= tolerance[first] + tolerance[second]) & (length_s > 0.05)
+    if not fits.any():
+        return None
+    turn = (across_g[fits] * across_s[fits].conj()) / (length_g[fits] * length_s[fits] + 1e-12)
+    middle_g = 0.5 * (g[first[fits]] + g[second[fits]])
+    middle_s = 0.5 * (s[first[fits]] + s[second[fits]])
+    error = np.abs(g[None, :] - middle_g[:, None] - turn[:, None] * (s[None, :] - middle_s[:, None]))
+    agree = error <= 1.5 * tolerance
+    return agree[int(agree.sum(axis=1).argmax())]
+
+
+def consensus_pnp(
+    known: Points, normalized: Points, camera: CameraModel, settings: GroundPoseSettings
+) -> Mask | None:
+    """Inliers (N,) by OpenCV's RANSAC over a free camera pose (six degrees); None when there is none."""
+    cv2.setRNGSeed(settings.seed)
+    points = np.column_stack((known, np.zeros(len(known))))
+    pixels = normalized * (camera.fx, camera.fy)
+    k = np.diag((camera.fx, camera.fy, 1.0))
+    try:
+        found, _, _, chosen = cv2.solvePnPRansac(
+            points, pixels, k, None, iterationsCount=100, reprojectionError=settings.tolerance_px
+        )
+    except cv2.error:
+        return None
+    if not found or chosen is None:
+        return None
+    inliers = np.zeros(len(known), dtype=bool)
+    inliers[chosen.ravel()] = True
     return inliers
 
 
-def _on_ground(camera: CameraModel, normalized: Points) -> Points:
-    """Directions (N, 2) on the plane one ahead of the lens to base_link (N, 2)."""
-    rays = np.column_stack((normalized, np.ones(len(normalized)))) @ camera.base_from_camera.T
-    return rays[:, :2] * (camera.z / -rays[:, 2:]) + (camera.x, camera.y)
+def rigid_fit(known: Points, seen: Points) -> Pose2:
+    """Least-squares turn and shift with known = pose ∘ seen, (N, 2) each."""
+    g = known[:, 0] + 1j * known[:, 1]
+    s = seen[:, 0] + 1j * seen[:, 1]
+    turn = np.sum((g - g.mean()) * (s - s.mean()).conj())
+    heading = float(np.angle(turn))
+    shift = g.mean() - np.exp(1j * heading) * s.mean()
+    return Pose2(float(shift.real), float(shift.imag), heading)
 
 
-def _residuals(camera: CameraModel, map_points: Points, normalized: Points, pose: Pose2) -> Points:
-    base = pose.inverse().transform(map_points)
-    return camera.ground_to_normalized(base)[0] - normalized
+def reprojection_error(known: Points, normalized: Points, camera: CameraModel, pose: Pose2) -> Points:
+    """Distance in pixels (N,) between where the points are seen and where they would be from `pose`."""
+    expected, _ = camera.ground_to_normalized(pose.inverse().transform(known))
+    return np.hypot(*((expected - normalized) * (camera.fx, camera.fy)).T)
 
 
-def _fit(
-    camera: CameraModel, map_points: Points, normalized: Points, pose: Pose2
-) -> tuple[Pose2, NDArray[np.float64]] | None:
-    """Gauss–Newton over x, y, heading with Huber weights; the pose and JᵀWJ on the plane one ahead of the lens."""
-    rotation, position = camera.extrinsic[:3, :2], camera.extrinsic[:3, 3]
-    count = len(map_points)
-    jacobian = np.empty((2 * count, 3))
+def refine(
+    known: Points,
+    normalized: Points,
+    camera: CameraModel,
+    start: Pose2,
+    settings: GroundPoseSettings,
+    noise: Points,
+) -> tuple[Pose2, Points, float]:
+    """Robust Gauss-Newton from `start`: pose, covariance (3, 3), rms residual of one axis in pixels.
+
+    Huber weights. The covariance is scaled up, never down, when the residuals are larger than `sigma_px`.
+    """
+    e = camera.extrinsic
+    rotation, shift = e[:3, :2], e[:3, 3]
+    focal = np.array([camera.fx, camera.fy])
+    x, y, heading = start.x, start.y, start.heading
     information = np.eye(3)
-    for _ in range(5):
-        c, s = math.cos(pose.heading), math.sin(pose.heading)
-        dx, dy = map_points[:, 0] - pose.x, map_points[:, 1] - pose.y
-        base_x, base_y = c * dx + s * dy, c * dy - s * dx
-        point = rotation @ np.stack((base_x, base_y)) + position[:, None]
-        depth = point[2]
-        if depth.min() <= 0.05:
-            return None
-        seen = point[:2] / depth
-        residual = seen - normalized.T
-        for axis in range(2):
-            # d(seen)/d(base x, base y), then d(base)/d(x, y, heading)
-            lens_x = (rotation[axis, 0] - seen[axis] * rotation[2, 0]) / depth
-            lens_y = (rotation[axis, 1] - seen[axis] * rotation[2, 1]) / depth
-            rows = jacobian[axis * count : (axis + 1) * count]
-            rows[:, 0] = s * lens_y - c * lens_x
-            rows[:, 1] = -s * lens_x - c * lens_y
-            rows[:, 2] = base_y * lens_x - base_x * lens_y
-        size = np.hypot(residual[0], residual[1])
-        bound = 1.5 * max(float(np.median(size)), 0.2 / camera.fx)
-        weight = np.tile(np.minimum(1.0, bound / np.maximum(size, 1e-12)), 2)
-        weighted = (jacobian * weight[:, None]).T
-        information = weighted @ jacobian
-        try:
-            step = np.linalg.solve(information, -weighted @ residual.ravel())
-        except np.linalg.LinAlgError:
-            return None
-        pose = Pose2(pose.x + step[0], pose.y + step[1], pose.heading + step[2])
-        if np.abs(step).max() < 1e-5:
+    residual = np.zeros((len(known), 2))
+    weight = np.ones(len(known))
+    for _ in range(settings.iterations):
+        c, s = math.cos(heading), math.sin(heading)
+        dx, dy = known[:, 0] - x, known[:, 1] - y
+        px, py = c * dx + s * dy, -s * dx + c * dy
+        camera_points = np.column_stack((px, py)) @ rotation.T + shift
+        inverse_depth = 1.0 / camera_points[:, 2]
+        projected = camera_points[:, :2] * inverse_depth[:, None]
+        residual = (projected - normalized) * focal / noise[:, None]
+        length = np.hypot(residual[:, 0], residual[:, 1])
+        knee = 1.5 * settings.sigma_px * math.sqrt(2.0)
+        weight = np.minimum(1.0, knee / np.maximum(length, 1e-12))
+        # d(projected)/d(base point), then d(base point)/d(x, y, heading).
+        by_base = (
+            rotation[None, :2, :] - projected[:, :, None] * rotation[None, 2:, :]
+        ) * inverse_depth[:, None, None]
+        jacobian = np.empty((len(known), 2, 3))
+        jacobian[:, :, 0] = -by_base[:, :, 0] * c + by_base[:, :, 1] * s
+        jacobian[:, :, 1] = -by_base[:, :, 0] * s - by_base[:, :, 1] * c
+        jacobian[:, :, 2] = by_base[:, :, 0] * py[:, None] - by_base[:, :, 1] * px[:, None]
+        jacobian *= (focal / noise[:, None])[:, :, None]
+        flat = jacobian.reshape(-1, 3)
+        weighted = flat * np.repeat(weight, 2)[:, None]
+        information = weighted.T @ flat
+        step = np.linalg.solve(information + 1e-9 * np.eye(3), -weighted.T @ residual.ravel())
+        x, y, heading = x + step[0], y + step[1], heading + step[2]
+        if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-6:
             break
-    if np.linalg.cond(information) > 1e8:
-        return None
-    return pose, information
+    # Huber's weighted sum of squares estimates the noise of one axis; three degrees of freedom are used up.
+    freedom = max(1.0, 2.0 * float(weight.sum()) - 3.0)
+    variance = float((weight[:, None] * residual**2).sum()) / freedom
+    scale = max(settings.sigma_px**2, variance)
+    rms = float(np.sqrt(np.mean(residual**2)))
+    covariance = scale * np.linalg.inv(information + 1e-9 * np.eye(3))
+    return Pose2(float(x), float(y), wrap_angle(float(heading))), covariance, rms

@@ -1,87 +1,93 @@
-"""Frames that stay: their features with their places on the ground, so that later frames can be placed by them.
+"""Keyframes: what the ground looked like from poses that are kept, and which of them to look at now.
 
-Drift grows only with the number of keyframes between the launch and here, not with the way driven: a frame is placed by
-the keyframe that was placed first of those that show enough of the same ground.
+The oldest keyframe that still overlaps is preferred: its pose has drifted least, so the error depends on where the
+rover is and not on how far it has driven. Their number is bounded; the one most covered by others goes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.geometry import Pose2
+from rover.vision.camera import CameraModel
 
 Points = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class KeyframeSettings:
-    """view_ahead: metres in front of base_link of the middle of the view. near: middles nearer than this overlap.
-
-    new_after: a frame whose nearest keyframe is further becomes one. limit: how many are kept.
-    """
-
-    view_ahead: float = 0.5
-    near: float = 0.32
-    new_after: float = 0.18
-    new_turn: float = 0.6
-    limit: int = 400
-    used: int = 2
-
-
 @dataclass(frozen=True, eq=False)
 class Keyframe:
-    """signs: descriptors (N, 256) as ±1. points: (N, 2) on the ground in map. covariance: (3, 3) of its pose."""
+    """ground (N, 2): its features in base_link of its own pose; signs (N, 256): descriptors as -1 and +1;
+    pixel_m (N,): ground covered by a pixel where each was seen; time: of exposure."""
 
-    number: int
-    pose: Pose2
-    covariance: NDArray[np.float64]
+    ground: Points
     signs: NDArray[np.float32]
-    points: Points
-    middle: tuple[float, float]
+    pixel_m: Points
+    time: float
 
 
-class Keyframes:
-    """All keyframes in the order in which they were placed."""
+@dataclass(frozen=True)
+class KeyframeSettings:
+    """enough: a keyframe this much of whose view is shared may be used. sparse: below it a new one is due.
 
-    def __init__(self, settings: KeyframeSettings) -> None:
-        self._settings = settings
-        self._frames: list[Keyframe] = []
-        self._middles = np.empty((0, 2))
+    limit: how many are kept. tries: how many are looked at for one frame.
+    """
+
+    enough: float = 0.45
+    sparse: float = 0.65
+    limit: int = 80
+    tries: int = 2
+
+
+@dataclass
+class KeyframeStore:
+    """All keyframes, oldest first; index i belongs to keyframe i of the filter's state."""
+
+    camera: CameraModel
+    settings: KeyframeSettings
+    frames: list[Keyframe] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        w, h = self.camera.width, self.camera.height
+        v, u = np.mgrid[0:5, 0:6]
+        uv = np.column_stack(((u.ravel() + 0.5) * w / 6.0, (v.ravel() + 0.5) * h / 5.0))
+        ground = self.camera.pixel_to_ground(uv)
+        self._samples = ground[np.isfinite(ground).all(axis=1)]
 
     def __len__(self) -> int:
-        return len(self._frames)
+        return len(self.frames)
 
-    def __iter__(self):
-        return iter(self._frames)
+    def overlap(self, pose: Points, others: Points) -> Points:
+        """Share of the ground seen from `pose` (3,) that is also seen from each of `others` (K, 3); (K,)."""
+        if len(others) == 0 or len(self._samples) == 0:
+            return np.zeros(len(others))
+        turn = pose[2] - others[:, 2]
+        dx, dy = pose[0] - others[:, 0], pose[1] - others[:, 1]
+        c, s = np.cos(others[:, 2]), np.sin(others[:, 2])
+        shift_x, shift_y = c * dx + s * dy, -s * dx + c * dy
+        ct, st = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        x = ct * self._samples[:, 0] - st * self._samples[:, 1] + shift_x[:, None]
+        y = st * self._samples[:, 0] + ct * self._samples[:, 1] + shift_y[:, None]
+        uv = self.camera.ground_to_pixel(np.column_stack((x.ravel(), y.ravel())))
+        return self.camera.inside(uv).reshape(x.shape).mean(axis=1)
 
-    def add(self, pose: Pose2, covariance: NDArray[np.float64], signs: NDArray[np.float32], points: Points) -> None:
-        """Keeps a frame; `points` are in map already. Does nothing once the limit is reached."""
-        if len(self._frames) >= self._settings.limit:
-            return
-        middle = self._middle(pose)
-        self._frames.append(Keyframe(len(self._frames), pose, covariance, signs, points, middle))
-        self._middles = np.vstack([self._middles, middle])
-
-    def overlapping(self, pose: Pose2) -> list[Keyframe]:
-        """Keyframes whose view overlaps that of a pose: the one placed first, and the nearest."""
-        distance = self._distances(pose)
-        near = np.flatnonzero(distance < self._settings.near)
-        if len(near) == 0:
+    def candidates(self, overlap: Points) -> list[int]:
+        """Which keyframes to look at: the oldest that overlap enough, and last the one that overlaps most."""
+        usable = np.flatnonzero(overlap >= self.settings.enough)
+        if len(usable) == 0:
             return []
-        first, nearest = int(near[0]), int(near[np.argmin(distance[near])])
-        return [self._frames[i] for i in dict.fromkeys((first, nearest))][: self._settings.used]
+        chosen = usable[: self.settings.tries].tolist()
+        best = int(usable[overlap[usable].argmax()])
+        if best not in chosen:
+            chosen[-1 if len(chosen) == self.settings.tries else len(chosen) :] = [best]
+        return chosen
 
-    def is_new(self, pose: Pose2) -> bool:
-        """True when no keyframe shows about the same ground as a frame from this pose."""
-        distance = self._distances(pose)
-        return not bool((distance < self._settings.new_after).any())
-
-    def _middle(self, pose: Pose2) -> tuple[float, float]:
-        ahead = self._settings.view_ahead
-        return pose.x + ahead * float(np.cos(pose.heading)), pose.y + ahead * float(np.sin(pose.heading))
-
-    def _distances(self, pose: Pose2) -> NDArray[np.float64]:
-        return np.linalg.norm(self._middles - self._middle(pose), axis=1)
+    def redundant(self, poses: Points) -> int:
+        """The keyframe that another covers best, the newer of equals; never the first. poses: (K, 3)."""
+        covered = np.zeros(len(poses))
+        for index in range(1, len(poses)):
+            others = self.overlap(poses[index], poses)
+            others[index] = 0.0
+            covered[index] = others.max()
+        return len(poses) - 1 - int(covered[::-1].argmax())

@@ -87,9 +87,7 @@ def test_the_shipped_demo_is_known_by_its_bare_name(monkeypatch: pytest.MonkeyPa
     assert load("demo").name == "demo"
 
 
-def test_paths_are_relative_to_the_mission_file(
-    write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_paths_are_relative_to_the_mission_file(write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "mine.onnx").write_bytes(b"model")
     file = write(with_key("detector", 'model = "mine.onnx"'))
     monkeypatch.chdir("/")
@@ -99,13 +97,23 @@ def test_paths_are_relative_to_the_mission_file(
 @pytest.mark.parametrize(
     ("section", "line", "without", "says"),
     [
-        ("detector", "keepout_radius = 0.2", "", "[detector] keepout_radius: unknown key; did you mean keepout_radius_m?"),
+        (
+            "detector",
+            "keepout_radius = 0.2",
+            "",
+            "[detector] keepout_radius: unknown key; did you mean keepout_radius_m?",
+        ),
         ("mission", "gaols = [[1, 1]]", "", "[mission] gaols: unknown key; did you mean goals?"),
         ("area", "width_cm = 300", "width_m", "[area] width_cm: unknown key; wrong unit? it is width_m here"),
         ("launch", "heading_rad = 0.7", "", "[launch] heading_rad: unknown key; wrong unit? it is heading_deg here"),
         ("launch", "x_cm = 50", "x_m", "[launch] x_cm: unknown key; wrong unit? it is x_m here"),
         ("rover", "cruise_speed_cm = 25", "", "[rover] cruise_speed_cm: unknown key; did you mean cruise_speed_m_s?"),
-        ("mission", "max_duration_min = 5", "", "[mission] max_duration_min: unknown key; wrong unit? it is max_duration_s"),
+        (
+            "mission",
+            "max_duration_min = 5",
+            "",
+            "[mission] max_duration_min: unknown key; wrong unit? it is max_duration_s",
+        ),
         ("field", "zzz = 1", "", "[field] zzz: unknown key; known are "),
     ],
 )
@@ -177,7 +185,12 @@ def test_a_wrong_unit_is_named_wherever_in_its_section_it_stands(write: Write) -
         ("field", "rocks = -1", "", "[field] rocks: -1 lies outside"),
         ("field", "rocks = 1.5", "", "[field] rocks: must be a whole number, not 1.5"),
         ("field", "buried_mine_depths_cm = 3", "", "[field] buried_mine_depths_cm: must be a list of numbers, not 3"),
-        ("field", "buried_mine_depths_cm = [0.01]", "", "[field] buried_mine_depths_cm: 0.01 lies outside 0.5 to 15 cm"),
+        (
+            "field",
+            "buried_mine_depths_cm = [0.01]",
+            "",
+            "[field] buried_mine_depths_cm: 0.01 lies outside 0.5 to 15 cm",
+        ),
     ],
 )
 def test_a_wrong_value_is_one_line_with_section_and_key(
@@ -253,9 +266,25 @@ VALUES = st.one_of(
     st.text("0123456789:²٣ ", max_size=6).map(lambda text: f"'{text}'"),
 )
 KEYS = st.sampled_from(
-    "mission.name mission.time_of_day mission.max_duration_s mission.goals area.obstacles launch.heading_deg "
-    "launch.surveyed_radius_m rover.camera rover.cruise_speed_m_s rover.baud detector.model detector.standoff_m "
-    "field.soil field.rocks field.grass field.surface_mines field.buried_mine_depths_cm".split()
+    [
+        "mission.name",
+        "mission.time_of_day",
+        "mission.max_duration_s",
+        "mission.goals",
+        "area.obstacles",
+        "launch.heading_deg",
+        "launch.surveyed_radius_m",
+        "rover.camera",
+        "rover.cruise_speed_m_s",
+        "rover.baud",
+        "detector.model",
+        "detector.standoff_m",
+        "field.soil",
+        "field.rocks",
+        "field.grass",
+        "field.surface_mines",
+        "field.buried_mine_depths_cm",
+    ]
 )
 
 

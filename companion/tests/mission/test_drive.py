@@ -86,7 +86,7 @@ def driving(drive: Drive, seconds: float, start: Pose2) -> float:
     """Steps a drive with a rover that follows exactly, straight along x; returns the time then."""
     now = 1.0
     while now < 1.0 + seconds:
-        travelled = drive.committed.state_at(now).travel.position if drive.committed.end_time > 0.0 else 0.0
+        travelled = drive.committed.state_at(now).travel if drive.committed.end_time > 0.0 else 0.0
         drive.step(now, Pose2(start.x + travelled, start.y, start.heading))
         now += CYCLE
     return now
@@ -130,16 +130,16 @@ def test_a_blocked_drive_comes_to_rest_before_the_end_of_its_path() -> None:
     drive.start(np.array([[0.5, 0.5], [2.5, 0.5]]), None)
     start = Pose2(0.5, 0.5, 0.0)
     now = driving(drive, 2.0, start)
-    here = drive.committed.state_at(now).travel.position
+    here = drive.committed.state_at(now).travel
     assert 0.1 < here < 0.5
     drive.check(ground((2.2, 0.5, 0.1)), Pose2(0.5 + here, 0.5, 0.0))
     while not drive.at_rest(now) and now < 20.0:
-        travelled = drive.committed.state_at(now).travel.position
+        travelled = drive.committed.state_at(now).travel
         drive.step(now, Pose2(0.5 + travelled, 0.5, 0.0))
         now += CYCLE
-    stopped = drive.committed.end_state.travel
-    assert stopped.velocity == pytest.approx(0.0, abs=1e-3)
-    assert stopped.position - here <= COMMITTED_REACH
+    stopped = drive.committed.end_state
+    assert stopped.speed == pytest.approx(0.0, abs=1e-3)
+    assert stopped.travel - here <= COMMITTED_REACH
 
 
 def test_a_stop_by_the_firmware_throws_away_what_was_committed() -> None:
@@ -159,4 +159,4 @@ def test_a_turn_on_the_spot_has_a_path_that_nothing_blocks_and_drives_no_way() -
     assert not drive.check(ground((1.0, 1.0, 0.3)), Pose2(1.0, 1.0, 0.0))
     segments, _ = drive.step(1.0, Pose2(1.0, 1.0, 0.0))
     assert segments
-    assert all(segment.jerk_travel_um_s3 == 0 for segment in segments)
+    assert all(segment.jerk_travel == 0 for segment in segments)

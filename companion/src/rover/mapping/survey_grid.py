@@ -33,7 +33,7 @@ SMALLEST = np.ones((3, 3), np.uint8)
 # A frame that shows plain ground takes this from the sonar layer, where no close echo speaks against it.
 SONAR_FREED = -0.35
 # Echoes nearer than this, metres, outweigh the camera once PERSISTENT of them have come.
-CLOSE_ECHO = 0.32
+CLOSE_ECHO = 0.40
 PERSISTENT = 3
 # A pose less certain than this, metres, still shows the ground but maps obstacles with less weight.
 SURE_POSE = 0.03

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
-from rover.mission.table import Table, read_toml
+from rover.mission.table import Table, printable, read_toml
 from rover.vehicle import Vehicle
+from rover.vision.camera_file import load_camera
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
 SOILS = ("dry-sand", "loam", "clay", "moist-clay")
-SECTIONS = ("mission", "area", "launch", "rover", "detector", "field")
+SECTIONS = {
+    "mission": ("name", "time_of_day", "max_duration_s", "goals"),
+    "area": ("width_m", "height_m", "obstacles"),
+    "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
+    "rover": ("camera", "cruise_speed_m_s", "baud"),
+    "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
+    "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
+}
 
 
 @dataclass(frozen=True)
@@ -86,12 +95,12 @@ def load(path: str | Path) -> Mission:
     """
     given = Path(path)
     shipped = SHIPPED / f"{given.name}.toml"
-    file = shipped if not given.exists() and given.suffix == "" and shipped.exists() else given
+    file = shipped if given.suffix == "" and not os.path.exists(given) and os.path.exists(shipped) else given
     document = read_toml(file)
     for name in document:
         if name not in SECTIONS:
-            raise BadInput(f"{file}: [{name}]: unknown section; known are {', '.join(SECTIONS)}")
-    tables = {name: Table(file, name, document.get(name, {})) for name in SECTIONS}
+            raise BadInput(f"{file}: [{printable(name)}]: unknown section; known are {', '.join(SECTIONS)}")
+    tables = {name: Table(file, name, document.get(name, {}), keys) for name, keys in SECTIONS.items()}
 
     area = _area(tables["area"])
     head = tables["mission"]
@@ -107,8 +116,6 @@ def load(path: str | Path) -> Mission:
         detector=_detector(tables["detector"], file),
         field=_field(tables["field"]),
     )
-    for table in tables.values():
-        table.finish()
     _check_places(mission)
     return mission
 
@@ -128,17 +135,26 @@ def _launch(table: Table) -> Launch:
     return Launch(Pose2(x, y, heading), table.number("surveyed_radius_m", 0.25, Vehicle().radius, 2.0))
 
 
-def _beside(file: Path, name: str) -> str:
-    """A path in a mission file is relative to that file."""
-    return str((file.parent / name).resolve()) if name else ""
+def _beside(table: Table, key: str, file: Path, name: str) -> str:
+    """A file named in a mission file, relative to that file."""
+    try:
+        path = (file.parent / name).resolve()
+        found = path.is_file()
+    except (OSError, ValueError):
+        raise table.fail(key, f"{name!r} is no file name") from None
+    if not found:
+        raise table.fail(key, f"{path}: no such file")
+    return str(path)
 
 
 def _rover(table: Table, file: Path) -> RoverSettings:
     camera = table.text("camera", "lepton-160")
     if camera.endswith(".toml"):
-        camera = _beside(file, camera)
-        if not Path(camera).is_file():
-            raise table.fail("camera", f"{camera}: no such file")
+        camera = _beside(table, "camera", file, camera)
+    try:
+        load_camera(camera)
+    except BadInput as error:
+        raise table.fail("camera", str(error)) from None
     return RoverSettings(
         camera=camera,
         cruise_speed=table.number("cruise_speed_m_s", 0.25, 0.05, Vehicle().travel.speed),
@@ -147,9 +163,9 @@ def _rover(table: Table, file: Path) -> RoverSettings:
 
 
 def _detector(table: Table, file: Path) -> DetectorSettings:
-    model = _beside(file, table.text("model", ""))
-    if model and not Path(model).is_file():
-        raise table.fail("model", f"{model}: no such file")
+    model = table.text("model", "")
+    if model:
+        model = _beside(table, "model", file, model)
     return DetectorSettings(
         model=model,
         report_threshold=table.number("report_threshold", 0.5, 0.01, 0.99),

@@ -7,6 +7,7 @@ the rover at the launch counts as shown: the operator surveyed it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -96,5 +97,5 @@ def _erode(blocked: Mask, resolution: float, radius: float) -> Mask:
     open_ground = np.zeros((blocked.shape[0] + 2, blocked.shape[1] + 2), np.uint8)
     open_ground[1:-1, 1:-1] = ~blocked
     distance = cv2.distanceTransform(open_ground, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
-    # The nearest edge of a blocked cell lies half a cell before its centre.
-    return (distance - 0.5) * resolution >= radius
+    # The nearest corner of a blocked cell lies at most half a diagonal before its centre.
+    return (distance - math.sqrt(0.5)) * resolution >= radius

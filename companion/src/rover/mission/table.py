@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import math
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -30,32 +30,44 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise BadInput(f"{path}: is a folder, a TOML file is wanted") from None
     except PermissionError:
         raise BadInput(f"{path}: not readable") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: not valid TOML: {error}") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, (tomllib.TOMLDecodeError, UnicodeDecodeError)):
+            raise BadInput(f"{path}: not valid TOML: {printable(str(error))}") from None
+        raise BadInput(f"{printable(str(path))}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    except RecursionError:
+        raise BadInput(f"{path}: not valid TOML: nested too deeply") from None
+
+
+def printable(text: str) -> str:
+    """The text on one line, whatever a file has put into it."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class Table:
-    """One table of a document: hands out values and, at `finish`, refuses keys that nobody asked for."""
+    """One table of a document: refuses keys that it does not know, hands out checked values.
 
-    def __init__(self, path: Path, name: str, values: Any) -> None:
+    A key that is silently ignored is a setting that the user believes in.
+    """
+
+    def __init__(self, path: Path, name: str, values: Any, known: tuple[str, ...]) -> None:
         if not isinstance(values, dict):
             raise BadInput(f"{path}: [{name}] must be a table")
-        self._path, self._name, self._values = path, name, values
-        self._known: list[str] = []
+        self._path, self._name, self._values, self._known = path, name, values, known
+        for key in values:
+            if key not in known:
+                raise self._fail(key, "unknown key" + self._suggest(key))
 
     def _fail(self, key: str, why: str) -> BadInput:
-        return BadInput(f"{self._path}: [{self._name}] {key}: {why}")
+        return BadInput(f"{self._path}: [{self._name}] {printable(key)}: {why}")
 
     def fail(self, key: str, why: str) -> BadInput:
         """The error to raise for a value that only the caller can judge."""
         return self._fail(key, why)
 
     def _take(self, key: str, default: Any) -> Any:
-        self._known.append(key)
         if key in self._values:
             return self._values[key]
         if default is None:
-            self._refuse_unknown()
             raise self._fail(key, "missing")
         return default
 
@@ -67,8 +79,9 @@ class Table:
     def _bounded(self, key: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self._fail(key, f"must be a number{self._unit_of(key)}, not {value!r}")
-        if not math.isfinite(value) or not low <= value <= high:
-            raise self._fail(key, f"{value} lies outside {low:g} to {high:g}{self._unit_of(key)}")
+        # A whole number may be too large for a float: compare before converting.
+        if not low <= value <= high:
+            raise self._fail(key, f"{str(value)[:24]} lies outside {low:g} to {high:g}{self._unit_of(key)}")
         return float(value)
 
     @staticmethod
@@ -84,7 +97,7 @@ class Table:
         if isinstance(value, bool) or not isinstance(value, int):
             raise self._fail(key, f"must be a whole number, not {value!r}")
         if not low <= value <= high:
-            raise self._fail(key, f"{value} lies outside {low} to {high}")
+            raise self._fail(key, f"{str(value)[:24]} lies outside {low} to {high}")
         return value
 
     def text(self, key: str, default: str | None) -> str:
@@ -104,9 +117,9 @@ class Table:
     def clock_time(self, key: str, default: str) -> float:
         """Time of day "hh:mm" in seconds since midnight."""
         value = self.text(key, default)
-        hours, _, minutes = value.partition(":")
-        if not (hours.isdigit() and minutes.isdigit() and int(hours) < 24 and int(minutes) < 60):
+        if not re.fullmatch(r"([01]?[0-9]|2[0-3]):[0-5][0-9]", value):
             raise self._fail(key, f'{value!r} is not a time of day like "13:00"')
+        hours, _, minutes = value.partition(":")
         return int(hours) * 3600.0 + int(minutes) * 60.0
 
     def tuples(self, key: str, names: tuple[str, ...], low: float, high: float) -> tuple[tuple[float, ...], ...]:
@@ -129,11 +142,6 @@ class Table:
             raise self._fail(key, f"must be a list of numbers, not {value!r}")
         return tuple(self._bounded(key, item, low, high) for item in value)
 
-    def _refuse_unknown(self) -> None:
-        for key in self._values:
-            if key not in self._known:
-                raise self._fail(key, "unknown key" + self._suggest(key))
-
     def _suggest(self, key: str) -> str:
         stem, _, unit = key.rpartition("_")
         same_stem = [known for known in self._known if known.rpartition("_")[0] == stem and stem]
@@ -141,7 +149,3 @@ class Table:
             return f"; wrong unit? it is {same_stem[0]} here"
         near = difflib.get_close_matches(key, self._known, n=1)
         return f"; did you mean {near[0]}?" if near else f"; known are {', '.join(self._known)}"
-
-    def finish(self) -> None:
-        """Refuses what is left over: a key that is silently ignored is a setting the user believes in."""
-        self._refuse_unknown()

@@ -105,6 +105,10 @@ class Mission:
         if (self.out / "rig.json").exists() and runs(self.rig["pid"]):
             os.kill(self.rig["pid"], signal.SIGTERM)
             gone_within(5.0, self.rig["pid"])
+        if (self.out / "rig.json").exists():
+            # A killed command cannot take the folder of the rig's socket away.
+            with contextlib.suppress(FileNotFoundError):
+                Path(self.rig["control"]).parent.rmdir()
         os.close(self._terminal)
 
 

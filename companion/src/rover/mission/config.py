@@ -199,7 +199,8 @@ def _check_places(mission: Mission) -> None:
             raise BadInput(f"{mission.path}: [area] obstacles: radius {r:g} of ({x:g}, {y:g}) must be above 0")
         if math.hypot(launch.x - x, launch.y - y) < r + radius:
             raise NoPath(
-                f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m"
+                f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m; "
+                "move the launch or correct [area] obstacles"
             )
     for number, (gx, gy) in enumerate(mission.goals, start=1):
         if not _inside(mission.area, gx, gy, 0.0):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from tools.bench import missions, protocol
+from tools.bench import detector, missions, protocol
 
-BENCHES = {"missions": missions.main, "protocol": protocol.main}
+BENCHES = {"detector": detector.main, "missions": missions.main, "protocol": protocol.main}
 
 
 def main() -> int:

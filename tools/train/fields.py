@@ -14,7 +14,10 @@ from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.mission import config
 from rover.vision.camera import CameraModel
-from rover_hil.ground import Ground, build
+from rover_hil.ground import Ground, Mine, build, daily_contrasts, lay_signature
+from rover_hil.ground.signature import MINE_RADIUS
+from rover_hil.ground.soils import soil_named
+from rover_hil.ground.things import at_hour, lay_pebbles
 from rover_hil.plant_config import build_plant
 from rover_plant import Plant
 
@@ -24,7 +27,14 @@ ROW_PATTERN = 0.03
 COLUMN_PATTERN = 0.04
 PIXEL_PATTERN = 0.03
 VIGNETTING = 0.4
-DEPTHS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.05, 0.07)
+# Deep mines are the hard ones: most of what is learned from lies deep.
+DEPTHS = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.05, 0.05, 0.06, 0.07)
+# Share of the fields that are drawn by day, in the first soil of the list, and with many more pebbles.
+BY_DAY, FIRST_SOIL, PEBBLY = 0.6, 0.4, 0.5
+# Metres between the centres of mines, and from a buried mine to the edge of an obstacle.
+BETWEEN_MINES, BESIDE_OBSTACLE = 0.65, 0.30
+PLACING_TRIES = 60
+DAY = (9.0 * 3600.0, 16.5 * 3600.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,18 +51,41 @@ def make_field(camera: CameraModel, soils: tuple[str, ...], seed: int, data: Pat
     base = config.load("demo")
     settings = replace(
         base.field,
-        soil=str(rng.choice(soils)),
-        rocks=int(rng.integers(2, 6)),
-        grass=int(rng.integers(2, 5)),
-        surface_mines=int(rng.integers(3, 5)),
-        buried_mine_depths=tuple(sorted(float(rng.choice(DEPTHS)) for _ in range(rng.integers(4, 7)))),
+        soil=soils[0] if rng.random() < FIRST_SOIL else str(rng.choice(soils)),
+        rocks=int(rng.integers(2, 5)),
+        grass=int(rng.integers(2, 4)),
+        surface_mines=int(rng.integers(1, 3)),
+        buried_mine_depths=(),
     )
-    mission = replace(base, time_of_day_s=float(rng.uniform(0.0, 86_400.0)), field=settings)
+    hours = DAY if rng.random() < BY_DAY else (0.0, 86_400.0)
+    mission = replace(base, time_of_day_s=float(rng.uniform(*hours)), field=settings)
     try:
         ground = build(mission, seed, data)
     except BadInput:
         return None
+    if rng.random() < PEBBLY:
+        now = at_hour(soil_named(settings.soil), mission.time_of_day_s / 3600.0)
+        lay_pebbles(ground.temperature, ground.height, ground.grid, now, rng, per_square_metre=8.0)
+    ground = _with_buried(ground, rng)
     return Field(ground, build_plant(mission, ground, camera, seed))
+
+
+def _with_buried(ground: Ground, rng: np.random.Generator) -> Ground:
+    """The same with as many buried mines as fit: what is learned from needs no room to drive between them."""
+    day = daily_contrasts(ground.soil, DEPTHS)
+    width, length = ground.area
+    mines = list(ground.mines)
+    for _ in range(PLACING_TRIES):
+        x, y = float(rng.uniform(0.0, width)), float(rng.uniform(0.0, length))
+        near_mine = any(math.hypot(x - m.x, y - m.y) < BETWEEN_MINES for m in mines)
+        if near_mine or any(math.hypot(x - a, y - b) < r + BESIDE_OBSTACLE for a, b, r, _ in ground.obstacles.tolist()):
+            continue
+        depth = float(rng.choice(DEPTHS))
+        profile = day.profile(depth, ground.hour, day.contrast.radius)
+        lay_signature(ground.temperature, ground.grid, (x, y), day.contrast.radius, profile)
+        peak = float(profile[np.argmax(np.abs(profile))])
+        mines.append(Mine(len(mines) + 1, x, y, MINE_RADIUS, depth, "buried", round(peak, 4)))
+    return replace(ground, mines=tuple(mines))
 
 
 def random_pose(ground: Ground, rng: np.random.Generator) -> Pose2:

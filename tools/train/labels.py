@@ -9,7 +9,8 @@ from rover.geometry import Pose2
 from rover.vision.camera import CameraModel
 from rover_hil.ground import Ground
 
-# Weaker mines than this, kelvin, cannot be told from soil by anybody: neither mine nor background.
+# Weaker mines than this, kelvin, cannot be told from soil by anybody: nothing is learned from them, but they are
+# mines where the classifier is measured.
 LEAST_CONTRAST = 0.25
 # A candidate this near to a mine's picture is the mine; up to AMBIGUOUS it is neither. Metres.
 NEAR = 0.05
@@ -17,12 +18,12 @@ AMBIGUOUS = 0.10
 UNSURE = ""
 
 
-def label(points: NDArray[np.float64], pose: Pose2, ground: Ground, camera: CameraModel) -> list[str]:
-    """Class of every candidate, given as base_link (N, 2); UNSURE where the truth is between two classes."""
+def label(points: NDArray[np.float64], pose: Pose2, ground: Ground, camera: CameraModel, weakest: float) -> list[str]:
+    """Class of every candidate, base_link (N, 2); UNSURE between two classes and at mines below `weakest` kelvin."""
     eye = pose.transform(np.array([[camera.x, camera.y]]))[0]
     labels = []
     for point in pose.transform(points):
-        labels.append(_one(point, eye, ground, camera.z))
+        labels.append(_one(point, eye, ground, camera.z, weakest))
     return labels
 
 
@@ -31,7 +32,7 @@ def drawn_out(xy: NDArray[np.float64], eye: NDArray[np.float64], height: float, 
     return eye + (xy - eye) * (mast / (mast - height))
 
 
-def _one(point: NDArray[np.float64], eye: NDArray[np.float64], ground: Ground, mast: float) -> str:
+def _one(point: NDArray[np.float64], eye: NDArray[np.float64], ground: Ground, mast: float, weakest: float) -> str:
     for x, y, radius, height in ground.obstacles.tolist():
         foot = np.array([x, y])
         distance = _to_segment(point, foot, drawn_out(foot, eye, 0.8 * height, mast))
@@ -45,7 +46,7 @@ def _one(point: NDArray[np.float64], eye: NDArray[np.float64], ground: Ground, m
             centre = drawn_out(centre, eye, CASING_MIDDLE, mast)
         distance = float(np.hypot(*(point - centre)))
         if distance < AMBIGUOUS:
-            visible = abs(mine.contrast_k) >= LEAST_CONTRAST
+            visible = abs(mine.contrast_k) >= weakest
             return mine.kind if distance < NEAR and visible else UNSURE
     return "background"
 

@@ -8,17 +8,19 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.detection.candidates import find_candidates
+from rover.detection.candidates import Candidate, find_candidates
 from rover.detection.classifier import CLASSES
 from rover.detection.ground_image import GroundRectifier
 from rover.detection.patch import LENGTH, SIDE, describe
 from rover.vision.camera import CameraModel
 
 from tools.train.fields import make_field, views
-from tools.train.labels import UNSURE, label
+from tools.train.labels import LEAST_CONTRAST, UNSURE, label
 
-# Sure candidates of the ground itself are many: of these, this share is learned from.
-BACKGROUND_SHARE = 0.4
+# Candidates that are no mines are many: of these, this share is learned from. Small strong spots of the ground
+# (pebbles, and pixels that answer differently) are all kept: they may not be taken for obstacles.
+SHARES = {"background": 0.35, "obstacle": 0.5}
+SPOT_EXTENT, SPOT_KELVIN = 0.07, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +48,17 @@ class Samples:
 
 
 def from_fields(
-    camera: CameraModel, soils: tuple[str, ...], seeds: Iterable[int], frames: int, data: Path | None = None
+    camera: CameraModel,
+    soils: tuple[str, ...],
+    seeds: Iterable[int],
+    frames: int,
+    data: Path | None = None,
+    weakest: float = LEAST_CONTRAST,
 ) -> Samples:
-    """Candidates of `frames` frames of the field of each seed; with `data`, on real texture."""
+    """Candidates of `frames` frames of the field of each seed; with `data`, on real texture.
+
+    Mines below `weakest` kelvin are left out.
+    """
     rectifier = GroundRectifier(camera)
     parts = []
     for seed in seeds:
@@ -62,8 +72,8 @@ def from_fields(
             if not candidates:
                 continue
             points = image.to_base(np.array([(c.row, c.column) for c in candidates]))
-            names = label(points, pose, field.ground, camera)
-            keep = [n != UNSURE and (n != "background" or rng.random() < BACKGROUND_SHARE) for n in names]
+            names = label(points, pose, field.ground, camera, weakest)
+            keep = [n != UNSURE and _is_kept(n, c, rng) for n, c in zip(names, candidates, strict=True)]
             parts.append(
                 Samples(
                     describe(image, candidates)[keep],
@@ -73,11 +83,16 @@ def from_fields(
     return Samples.join(parts)
 
 
+def _is_kept(name: str, candidate: Candidate, rng: np.random.Generator) -> bool:
+    spot = name == "background" and candidate.extent < SPOT_EXTENT and abs(candidate.answer) > SPOT_KELVIN
+    return bool(rng.random() < SHARES.get(name, 1.0)) or spot
+
+
 def mirrored(samples: Samples) -> Samples:
     """The same with left and right exchanged: neither the heat nor the camera knows a side."""
     vectors = samples.vectors.copy()
     area = SIDE * SIDE
-    for start in (0, area):
+    for start in (0, area, 2 * area):
         patches = samples.vectors[:, start : start + area].reshape(-1, SIDE, SIDE)
         vectors[:, start : start + area] = patches[:, :, ::-1].reshape(-1, area)
     return Samples(vectors, samples.labels)

@@ -134,6 +134,7 @@ class MemoryWorld:
     """Virtual time, a scripted firmware and the wire between them: a transport and a clock in one."""
 
     time_step = 0.0
+    lead = 0.0
 
     def __init__(self, firmware: ScriptedFirmware, delay: float = 0.001) -> None:
         self.firmware = firmware

@@ -63,7 +63,7 @@ def test_the_smallest_file_gets_the_documented_defaults(write: Write) -> None:
     assert (mission.launch.pose.heading, mission.launch.surveyed_radius) == (0.0, 0.25)
     assert (mission.rover.camera, mission.rover.cruise_speed, mission.rover.baud) == ("lepton-160", 0.25, 230_400)
     detector = mission.detector
-    assert (detector.model, detector.report_threshold) == ("", 0.5)
+    assert (detector.model, detector.report_threshold) == ("", 0.7)
     assert (detector.keepout_radius, detector.standoff) == (0.15, 0.45)
     field = mission.field
     assert (field.soil, field.rocks, field.grass, field.surface_mines) == ("loam", 5, 4, 2)
@@ -107,7 +107,7 @@ def test_paths_are_relative_to_the_mission_file(write: Write, tmp_path: Path, mo
         ("area", "width_cm = 300", "width_m", "[area] width_cm: unknown key; wrong unit? it is width_m here"),
         ("launch", "heading_rad = 0.7", "", "[launch] heading_rad: unknown key; wrong unit? it is heading_deg here"),
         ("launch", "x_cm = 50", "x_m", "[launch] x_cm: unknown key; wrong unit? it is x_m here"),
-        ("rover", "cruise_speed_cm = 25", "", "[rover] cruise_speed_cm: unknown key; did you mean cruise_speed_m_s?"),
+        ("rover", "cruise_speed_cm = 25", "", "[rover] cruise_speed_cm: unknown key; wrong unit? it is cruise_speed_m_s here"),
         (
             "mission",
             "max_duration_min = 5",

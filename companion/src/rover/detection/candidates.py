@@ -18,10 +18,10 @@ SIGMAS = (0.022, 0.040, 0.070, 0.120)
 # Surround over centre.
 RATIO = 1.6
 # Candidates of one picture.
-MOST = 12
+MOST = 16
 # The weakest answer that is looked at, kelvin, and in robust standard deviations of the answer at that scale.
-LEAST_KELVIN = 0.07
-LEAST_SIGMAS = 1.5
+LEAST_KELVIN = 0.06
+LEAST_SIGMAS = 1.0
 # Candidates nearer to each other than this, metres, are one.
 SPACING = 0.06
 # Candidates whose centre has less than this of valid ground around it, metres, are left out.

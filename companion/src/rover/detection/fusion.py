@@ -32,9 +32,9 @@ class EvidenceSettings:
     """
 
     report_threshold: float = 0.5
-    suspect_threshold: float = 0.35
+    suspect_threshold: float = 0.4
     report_views: int = 4
-    suspect_views: int = 2
+    suspect_views: int = 3
     associate_within: float = 0.12
     create_from: float = 0.15
     near_range: float = 0.80

@@ -107,7 +107,7 @@ class Place:
 
     def judge(self, settings: EvidenceSettings) -> None:
         """Sets `suspected` and `indication`; a place that was suspected is dismissed only well below the threshold."""
-        least = settings.suspect_threshold * (0.6 if self.suspected else 1.0)
+        least = settings.suspect_threshold * (0.75 if self.suspected else 1.0)
         self.suspected = self.views >= settings.suspect_views and self.mine_probability >= least
         self.indication = self.views >= settings.report_views and self.mine_probability >= settings.report_threshold
         self.suspected = self.suspected or self.indication

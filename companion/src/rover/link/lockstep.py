@@ -112,10 +112,15 @@ class LockstepRig:
     """Virtual time and everything that comes with it. Is the `Clock` of a lock-stepped mission.
 
     transport: bytes of the link, with virtual times. frames: pictures of the camera, until taken.
+
+    With a `pipeline` step (seconds) the world runs one step ahead while the companion works on the last one, on the
+    other core: what is written now leaves at the end of that step, as if the work had taken that long.
     """
 
-    def __init__(self, port: str, control: str, baud: int = 230_400) -> None:
-        self.transport = LockstepTransport(port, baud)
+    def __init__(self, port: str, control: str, baud: int = 230_400, pipeline: float = 0.0) -> None:
+        self.transport = LockstepTransport(port, baud, lead=pipeline)
+        self._pipeline_us = round(pipeline * 1e6)
+        self._running_to_us: int | None = None
         self.frames = RigFrames()
         self._socket = _connect(control)
         hello, _ = self._ask({"op": "hello"})
@@ -135,16 +140,29 @@ class LockstepRig:
     def advance(self, to: float) -> None:
         """Lets the world run until `to` (whole microseconds); everything written so far is on the wire by then."""
         to_us = round(to * 1e6)
-        if to_us <= self._now_us:
-            return
-        request = {"op": "advance", "to_us": to_us, "host_bytes": self.transport.bytes_written}
-        reply, pixels = self._ask(request)
+        while self._now_us < to_us:
+            if self._running_to_us is None:
+                self._run(to_us)
+            self._arrive()
+        if self._pipeline_us and self._running_to_us is None:
+            self._run(self._now_us + self._pipeline_us)
+
+    def _run(self, to_us: int) -> None:
+        """Sets the world going; `_arrive` waits for it."""
+        self._send({"op": "advance", "to_us": to_us, "host_bytes": self.transport.bytes_written})
+        self._running_to_us = to_us
+
+    def _arrive(self) -> None:
+        reply, pixels = self._reply()
+        self._running_to_us = None
         self._now_us = int(reply["now_us"])
         self.transport.announce([(int(at), int(total)) for at, total in reply["marks"]])
         self.frames.accept(reply["frames"], pixels)
 
     def finish(self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
         """Ends the mission for the rig; returns what its referee saw. The rig writes its truth files."""
+        if self._running_to_us is not None:
+            self._arrive()
         reply, _ = self._ask({"op": "finish", "zones": list(zones), "detections": list(detections)})
         return reply
 
@@ -154,9 +172,18 @@ class LockstepRig:
         self.transport.close()
 
     def _ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+        self._send(request)
+        return self._reply()
+
+    def _send(self, request: dict[str, Any]) -> None:
         header = json.dumps(request, separators=(",", ":")).encode()
         try:
             self._socket.sendall(HEADER.pack(len(header), 0) + header)
+        except OSError as error:
+            raise LinkLost(f"link lost: the rig is gone ({error.strerror or error})") from error
+
+    def _reply(self) -> tuple[dict[str, Any], bytes]:
+        try:
             lengths = HEADER.unpack(_receive(self._socket, HEADER.size))
             reply = json.loads(_receive(self._socket, lengths[0]))
             blob = _receive(self._socket, lengths[1])

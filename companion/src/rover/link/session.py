@@ -253,7 +253,8 @@ class Link:
             return
         self._clock_sequence = (self._clock_sequence + 1) & 0xFF
         length = self._send("ClockRequest", sequence=self._clock_sequence)
-        self._clock_sent[self._clock_sequence] = (self.clock.now(), length)
+        leaves = self.clock.now() + self.wire.transport.lead
+        self._clock_sent[self._clock_sequence] = (leaves, length)
         while len(self._clock_sent) > 8:
             self._clock_sent.pop(next(iter(self._clock_sent)))
         fast = self.clock_estimate.count < CLOCK_FAST_COUNT

@@ -29,6 +29,8 @@ class Transport(Protocol):
 
     bytes_written: int
     bytes_read: int
+    lead: float
+    """Seconds from a write until its bytes leave; 0 on a real port."""
     time_step: float
     """Seconds to which the times of chunks, and the firmware's own at the other end, are rounded."""
 
@@ -57,6 +59,7 @@ class SerialTransport:
     """A real port: a thread reads it and stamps each chunk with `clock`."""
 
     time_step = 0.0
+    lead = 0.0
 
     def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
         self.port = port
@@ -111,8 +114,10 @@ class LockstepTransport:
 
     time_step = 0.001
 
-    def __init__(self, port: str, baud: int = 230_400, patience: float = 5.0) -> None:
+    def __init__(self, port: str, baud: int = 230_400, patience: float = 5.0, lead: float = 0.0) -> None:
+        """`lead`: seconds after which what is written leaves, see `LockstepRig`."""
         self.port = port
+        self.lead = lead
         self.bytes_written = 0
         self.bytes_read = 0
         self._patience = patience

@@ -30,6 +30,8 @@ LIMITS = (-2.0, 2.4)
 OCCUPIED = 1.2
 # What is narrower than three cells is a pebble or an edge, not an obstacle.
 SMALLEST = np.ones((3, 3), np.uint8)
+# An echo within three cells of an obstacle that the camera shows is the echo of that obstacle.
+ECHO_SLACK = np.ones((7, 7), np.uint8)
 # A frame that shows plain ground takes this from the sonar layer, where no close echo speaks against it.
 SONAR_FREED = -0.35
 # Echoes nearer than this, metres, outweigh the camera once PERSISTENT of them have come.
@@ -66,13 +68,16 @@ class SurveyGrid:
         self.temperature: NDArray[np.float32] = np.full(self.shape, np.nan, np.float32)
         self._count = np.zeros(self.shape, np.uint8)
         self._close = np.zeros(self.shape, np.uint8)
+        self._near_obstacle: NDArray[np.bool_] = np.zeros(self.shape, bool)
         self._view: CameraView | None = None
 
     @property
     def occupied(self) -> NDArray[np.bool_]:
         """Cells where the camera or the sonar says that something stands."""
-        thermal = cv2.morphologyEx((self.thermal > OCCUPIED).astype(np.uint8), cv2.MORPH_OPEN, SMALLEST)
-        return thermal.astype(bool) | (self.sonar > OCCUPIED)
+        return self._thermal_obstacles().astype(bool) | (self.sonar > OCCUPIED)
+
+    def _thermal_obstacles(self) -> NDArray[np.uint8]:
+        return cv2.morphologyEx((self.thermal > OCCUPIED).astype(np.uint8), cv2.MORPH_OPEN, SMALLEST)
 
     def view_polygon(self, camera: CameraModel) -> NDArray[np.float64]:
         """Convex outline (N, 2) in base_link of what `integrate_frame` marks as seen on open ground."""
@@ -106,6 +111,7 @@ class SurveyGrid:
         np.clip(self.thermal, *LIMITS, out=self.thermal)
         self.sonar[free & (self._close < PERSISTENT) & (self.sonar > 0.0)] += SONAR_FREED * weight
         self._add_temperature(flat[inside & shown], kelvin[inside & shown])
+        self._near_obstacle = cv2.dilate(self._thermal_obstacles(), ECHO_SLACK).astype(bool)
 
     def _add_temperature(self, flat: NDArray[np.intp], kelvin: NDArray[np.float32]) -> None:
         size = self.shape[0] * self.shape[1]
@@ -123,12 +129,15 @@ class SurveyGrid:
         if update is None:
             return
         at = update.rows, update.columns
-        self.sonar[at] = np.clip(self.sonar[at] + update.change, *LIMITS)
+        # Where the camera shows an obstacle in the arc, the echo came from there and says nothing of the rest.
+        near, hit = self._near_obstacle[at], update.change > 0.0
+        change = np.where(hit & ~near, 0.0, update.change) if (near & hit).any() else update.change
+        self.sonar[at] = np.clip(self.sonar[at] + change, *LIMITS)
         close = self._close[at]
         self._close[at] = np.where(
-            update.near & (update.change > 0.4),
+            update.near & (change > 0.4),
             np.minimum(close + 1, 2 * PERSISTENT),
-            np.where(update.change < 0.0, np.maximum(close, 1) - 1, close),
+            np.where(change < 0.0, np.maximum(close, 1) - 1, close),
         )
 
 

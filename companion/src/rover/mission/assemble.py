@@ -106,7 +106,7 @@ def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
                 sigma=place.sigma_m,
                 views=place.views,
                 zone_radius=survey.mission.detector.keepout_radius,
-                first_seen=place.first_seen - start,
+                first_seen=max(place.first_seen - start, 0.0),
                 inspected=inspected,
                 why_not="" if inspected or goal is None else (goal.reason or "the mission ended before"),
                 probabilities=dict(place.p),

@@ -26,6 +26,10 @@ START_LEAD = 0.16
 COMMITTED_REACH = 0.30
 
 
+# Legs of a path nearer to each other than this can't be told apart by the pose, metres.
+SAME_PLACE = 0.03
+
+
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
@@ -112,7 +116,9 @@ def remaining(path: NDArray[np.float64], pose: Pose2) -> NDArray[np.float64]:
     here = np.array([pose.x, pose.y])
     t = np.clip(((here - start) * along).sum(axis=1) / squared, 0.0, 1.0)
     nearest = start + t[:, None] * along
-    leg = int(np.argmin(((nearest - here) ** 2).sum(axis=1)))
+    distance = np.linalg.norm(nearest - here, axis=1)
+    # Where a path doubles back the earlier leg counts: checking what is driven already costs nothing.
+    leg = int(np.argmax(distance <= distance.min() + SAME_PLACE))
     return np.vstack([nearest[leg], path[leg + 1 :]])
 
 

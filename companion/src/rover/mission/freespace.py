@@ -22,8 +22,8 @@ from rover.planning.fields import GridField
 
 Mask = NDArray[np.bool_]
 
-# What the map may be wrong by: localization (5 cm allowed, 2 cm usual) and half a cell.
-MARGIN = 0.04
+# What the map may be wrong by: localization (usually under 1 cm) and a cell.
+MARGIN = 0.025
 
 # The furthest that a wheel's contact reaches from the rover's centre, metres: 0.10 aside, half a tyre wide and long.
 WHEEL_REACH = 0.12
@@ -33,7 +33,7 @@ MINE_RADIUS = 0.06
 
 # A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
 # must not stop the rover.
-CHECK_TOLERANCE = 0.03
+CHECK_TOLERANCE = 0.02
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,6 +27,8 @@ from rover.vision.localizer import Fix, Localizer
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
 # A frame is mapped only when the pose is this certain: what is mapped wrong stays wrong.
 MAPPING_SIGMA = 0.06
+# Every so many frames one is mapped and searched: 0.24 s apart, 6 cm of driving or 16° of turning, a third of the view.
+MAP_EVERY = 2
 # An inspection counts when the place was in view in this many frames of it.
 INSPECTION_VIEWS = 4
 
@@ -44,6 +46,7 @@ class Perception:
         self.keepout = KeepOut(mission.detector.keepout_radius)
         self.battery: Battery | None = None
         self.last_fix: Fix | None = None
+        self.released: set[int] = set()
         self.frames = 0
         self.fixes = 0
         self.rejected = 0
@@ -62,13 +65,24 @@ class Perception:
     @property
     def sigma(self) -> float:
         """1σ of the position in metres, along its worse axis."""
-        return math.sqrt(float(np.linalg.eigvalsh(self.localizer.covariance[:2, :2])[-1]))
+        (a, b), (_, d) = self.localizer.covariance[:2, :2].tolist()
+        # The larger eigenvalue of a symmetric 2 x 2 matrix.
+        return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b))
 
     @property
     def suspected(self) -> list[Place]:
-        """Places inside the area that may be mines, whether reported yet or not."""
+        """Places inside the area that may be mines, whether reported yet or not.
+
+        One that was inspected and did not become an indication then is `released`: report and zones agree on it.
+        """
         width, height = self._area
-        return [p for p in self.evidence.places if p.suspected and 0.0 <= p.x <= width and 0.0 <= p.y <= height]
+        return [
+            place
+            for place in self.evidence.places
+            if (place.indication or (place.suspected and place.id not in self.released))
+            and 0.0 <= place.x <= width
+            and 0.0 <= place.y <= height
+        ]
 
     @property
     def indications(self) -> list[Place]:
@@ -102,7 +116,7 @@ class Perception:
             self.fixes += 1
         elif not frame.ffc:
             self.rejected += 1
-        if frame.ffc or self.sigma > MAPPING_SIGMA:
+        if frame.ffc or self.sigma > MAPPING_SIGMA or self.frames % MAP_EVERY:
             return False
         pose = self.localizer.pose_at(frame.time)
         image = self._rectifier.rectify(frame)

@@ -99,7 +99,7 @@ def run_mission(
         (out / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
-        lockstep = LockstepRig(process.port, process.control, mission.rover.baud)
+        lockstep = LockstepRig(process.port, process.control, mission.rover.baud, pipeline=CYCLE)
         identities = _identities(mission, rig, seed, classifier)
         with Recording(out / "mission.mcap", {"mission": mission.name, "seed": str(seed), "rig": rig}) as recording:
             run = _Run(survey, lockstep, recording, on_status, control or Control(), seed, mission.rover.baud)

@@ -236,6 +236,8 @@ class Survey:
         if goal.state == PENDING:
             if self.perception.was_viewed(goal):
                 goal.state, goal.inspected_at = INSPECTED, now
+                if goal.place_id is not None:
+                    self.perception.released.add(goal.place_id)
                 self._note(now, f"{goal.id} inspected")
             elif goal.attempts >= MAX_ATTEMPTS:
                 goal.state, goal.reason = UNREACHABLE, f"not in view from {goal.attempts} inspection poses"

@@ -43,6 +43,12 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
+def _stem(key: str) -> str:
+    """A key without the unit at its end."""
+    endings = [unit for unit in UNITS if key.endswith("_" + unit)]
+    return key[: -len(max(endings, key=len)) - 1] if endings else key
+
+
 class Table:
     """One table of a document: refuses keys that it does not know, hands out checked values.
 
@@ -143,9 +149,8 @@ class Table:
         return tuple(self._bounded(key, item, low, high) for item in value)
 
     def _suggest(self, key: str) -> str:
-        stem, _, unit = key.rpartition("_")
-        same_stem = [known for known in self._known if known.rpartition("_")[0] == stem and stem]
-        if unit in UNITS and same_stem:
-            return f"; wrong unit? it is {same_stem[0]} here"
+        same = [known for known in self._known if _stem(known) == _stem(key) != known]
+        if same and _stem(key) != key:
+            return f"; wrong unit? it is {same[0]} here"
         near = difflib.get_close_matches(key, self._known, n=1)
         return f"; did you mean {near[0]}?" if near else f"; known are {', '.join(self._known)}"

@@ -32,7 +32,7 @@ def card(
     drives = "\n\n".join(f"### {name}\n\n{table}" for name, table in driven.items())
     return f"""# landmine_mlp.onnx
 
-A multilayer perceptron with 256 and 128 hidden units (paper section 4.2) that tells obstacles, surface mines, buried
+A multilayer perceptron with 256 and 128 hidden units (paper section 3.2.1) that tells obstacles, surface mines, buried
 mines and background apart. Input: {LENGTH} numbers per candidate: a {SIDE}x{SIDE} thermal patch, a {SIDE}x{SIDE}
 occupancy patch, a {SIDE}x{SIDE} wide patch, {len(STATISTICS)} statistics in kelvin and metres
 (`rover.detection.patch`). Output: probabilities, temperature-scaled (T = {temperature:.2f}).

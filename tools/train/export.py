@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -56,4 +57,7 @@ def write(path: Path, layers: list[Layer], notes: dict[str, str]) -> None:
     helper.set_model_props(model, {"classes": ",".join(CLASSES), "input_length": str(LENGTH), **notes})
     onnx.checker.check_model(model)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(model.SerializeToString())
+    content = model.SerializeToString()
+    path.write_bytes(content)
+    # The rover refuses a model that is not the one that was evaluated.
+    path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n", encoding="ascii")

@@ -107,7 +107,12 @@ def test_paths_are_relative_to_the_mission_file(write: Write, tmp_path: Path, mo
         ("area", "width_cm = 300", "width_m", "[area] width_cm: unknown key; wrong unit? it is width_m here"),
         ("launch", "heading_rad = 0.7", "", "[launch] heading_rad: unknown key; wrong unit? it is heading_deg here"),
         ("launch", "x_cm = 50", "x_m", "[launch] x_cm: unknown key; wrong unit? it is x_m here"),
-        ("rover", "cruise_speed_cm = 25", "", "[rover] cruise_speed_cm: unknown key; wrong unit? it is cruise_speed_m_s here"),
+        (
+            "rover",
+            "cruise_speed_cm = 25",
+            "",
+            "[rover] cruise_speed_cm: unknown key; wrong unit? it is cruise_speed_m_s here",
+        ),
         (
             "mission",
             "max_duration_min = 5",

@@ -1,4 +1,4 @@
-"""The classifier: a small neural network (256 and 128 hidden units, paper section 4.2), run by onnxruntime."""
+"""The classifier: a small neural network (256 and 128 hidden units, paper section 3.2.1), run by onnxruntime."""
 
 from __future__ import annotations
 
@@ -24,6 +24,16 @@ def default_model() -> str:
     return str(next((place for place in places if place.is_file()), places[0]))
 
 
+def _check_hash(file: Path, found: str) -> None:
+    """Where a `.sha256` lies beside a model, the model must be the one that was evaluated."""
+    try:
+        wanted = file.with_suffix(".sha256").read_text(encoding="ascii").split()[0]
+    except (OSError, ValueError, IndexError):
+        return
+    if wanted != found:
+        raise BadInput(f"{file}: its SHA-256 is {found[:12]}…, the file beside it says {wanted[:12]}…; restore it")
+
+
 class Classifier:
     """A model file that maps vectors of `patch.describe` to probabilities.
 
@@ -38,6 +48,8 @@ class Classifier:
             raise BadInput(
                 f"{file}: the classifier cannot be read ({error.strerror}); train one with python -m tools.train"
             ) from error
+        self.sha256 = hashlib.sha256(content).hexdigest()
+        _check_hash(file, self.sha256)
         options = onnxruntime.SessionOptions()
         # One thread: the same bytes give the same result, and the other core belongs to localization.
         options.intra_op_num_threads = 1
@@ -58,7 +70,13 @@ class Classifier:
             raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {LENGTH}; train it anew")
         self._input = inputs[0].name
         self.path = str(file)
-        self.sha256 = hashlib.sha256(content).hexdigest()
+        self._check_answers(file)
+
+    def _check_answers(self, file: Path) -> None:
+        """A model whose weights are spoiled answers with anything but probabilities."""
+        answer = self._session.run(None, {self._input: np.zeros((2, LENGTH), np.float32)})[0]
+        if answer.shape != (2, len(self.classes)) or not np.allclose(answer.sum(axis=1), 1.0, atol=1e-3):
+            raise BadInput(f"{file}: its answers are no probabilities of {len(self.classes)} classes; train it anew")
 
     def predict(self, batch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Vectors (N, LENGTH) to probabilities (N, classes), in the order of `classes`."""

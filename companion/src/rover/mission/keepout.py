@@ -2,16 +2,26 @@
 
 Invariant: from the moment a place is suspected, a disc around it is kept free of wheels until the place is
 dismissed. Planning, path checks and the referee of simulated rigs all read the zones from here.
+
+A place that is first suspected close beside the rover can't have a whole zone at once, for wheels stand where it would
+be. Its zone begins where the wheels can't reach any more and grows to its full radius as the rover leaves.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 # A zone is drawn anew once its place has moved by this much; less is noise of the position.
 REDRAW_DISTANCE = 0.01
+
+# A growing zone is drawn anew in steps of at least this, metres.
+GROWTH = 0.01
+
+# No zone is smaller: half the extent of a mine.
+SMALLEST = 0.06
 
 
 class SuspectedPlace(Protocol):
@@ -52,18 +62,35 @@ class KeepOut:
         """Every zone that has been valid at some time, in the order of `since`."""
         return sorted([*self._ended, *self._active.values()], key=lambda zone: (zone.since, zone.id))
 
-    def update(self, suspected: Iterable[SuspectedPlace], now: float) -> bool:
-        """Brings the zones in line with the places suspected now; True when any zone changed."""
+    def update(
+        self,
+        suspected: Iterable[SuspectedPlace],
+        now: float,
+        rover: tuple[float, float] | None = None,
+        reach: float = 0.0,
+    ) -> bool:
+        """Brings the zones in line with the places suspected now; True when any zone changed.
+
+        `reach`: how far from `rover`, in map, its wheels may still come before it stands; metres.
+        """
         changed = False
         seen = set()
         for place in suspected:
             seen.add(place.id)
             zone = self._active.get(place.id)
+            radius = self._radius
+            if rover is not None:
+                radius = min(radius, math.hypot(place.x - rover[0], place.y - rover[1]) - reach)
             if zone is not None:
-                if (zone.x - place.x) ** 2 + (zone.y - place.y) ** 2 < REDRAW_DISTANCE**2:
+                moved = math.hypot(zone.x - place.x, zone.y - place.y)
+                # A disc that lies inside the old one covers no new ground, wherever the rover is.
+                radius = max(radius, zone.radius - moved)
+                if moved < REDRAW_DISTANCE and radius < min(zone.radius + GROWTH, self._radius):
+                    continue
+                if moved < REDRAW_DISTANCE and zone.radius >= self._radius:
                     continue
                 self._ended.append(replace(zone, until=now))
-            self._active[place.id] = Zone(place.id, place.x, place.y, self._radius, now)
+            self._active[place.id] = Zone(place.id, place.x, place.y, max(radius, SMALLEST), now)
             changed = True
         for identifier in [key for key in self._active if key not in seen]:
             self._ended.append(replace(self._active.pop(identifier), until=now))

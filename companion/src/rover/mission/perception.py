@@ -17,6 +17,7 @@ from rover.geometry import Pose2
 from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
+from rover.mission.freespace import WHEEL_REACH
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
 from rover.vehicle import Vehicle
@@ -29,6 +30,10 @@ LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
 MAPPING_SIGMA = 0.06
 # Every so many frames one is mapped and searched: 0.24 s apart, 6 cm of driving or 16° of turning, a third of the view.
 MAP_EVERY = 2
+# Way that the rover still makes once a new zone has it stop, metres: the frame's delay, the wire, and braking.
+BRAKING = 0.13
+# Less wheel travel than this between two reports is standing still, metres.
+STANDING = 0.0004
 # An inspection counts when the place was in view in this many frames of it.
 INSPECTION_VIEWS = 4
 
@@ -54,6 +59,7 @@ class Perception:
         self._rectifier = GroundRectifier(camera)
         self._area = (area.width, area.height)
         self._counts: tuple[int, int] | None = None
+        self._moving = False
         self._frames_before = 0
         self._footprint = self.grid.view_polygon(camera)
 
@@ -101,6 +107,7 @@ class Perception:
                 scale = self.vehicle.metres_per_count
                 left, right = event.left_counts - self._counts[0], event.right_counts - self._counts[1]
                 self.localizer.predict(event.time, left * scale, right * scale)
+                self._moving = max(abs(left), abs(right)) * scale > STANDING
             self._counts = (event.left_counts, event.right_counts)
         elif isinstance(event, SonarRange) and event.status != "Dead":
             pose = self.localizer.pose_at(event.time)
@@ -123,7 +130,8 @@ class Perception:
         detections = detect(image, self._classifier, DetectSettings())
         self.grid.integrate_frame(frame, self.camera, pose, self.sigma, detections)
         self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
-        self.keepout.update(self.suspected, now)
+        here = self.pose
+        self.keepout.update(self.suspected, now, (here.x, here.y), WHEEL_REACH + (BRAKING if self._moving else 0.0))
         return True
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:

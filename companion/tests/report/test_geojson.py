@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rover.geometry import Pose2
-from rover.record.geojson import EARTH_RADIUS, Georeference, results_geojson, write_geojson
+from rover.report.geojson import EARTH_RADIUS, Georeference, results_geojson, write_geojson
 from rover.report.result import DetectionResult, GoalResult, Identities, MapLayers, RunResult
 
 NONE = np.zeros((1, 1), bool)

@@ -3,31 +3,11 @@
 mod fuzz_stream;
 mod rig;
 
+use fuzz_stream::COMMANDS;
 use rig::{Random, Rig};
 use rover_core::{Core, Identity, Inputs, SonarEcho};
 use rover_protocol::framing::{encode, MAX_FRAME};
 use rover_protocol::messages as m;
-
-/// Identifiers of the companion's messages, with their lengths.
-const COMMANDS: [(u16, usize); 17] = [
-    (8, 1),
-    (16, 1),
-    (24, 2),
-    (25, 1),
-    (32, 1),
-    (48, 1),
-    (64, 8),
-    (65, 6),
-    (66, 6),
-    (256, 6),
-    (272, 2),
-    (273, 6),
-    (275, 1),
-    (288, 4),
-    (2032, 4),
-    (1, 3),
-    (80, 8),
-];
 
 fn drain(core: &mut Core) -> usize {
     let mut out = [0; 256];

@@ -14,7 +14,7 @@ const EPISODE: u64 = 500_000;
 /// Most that may wait to be sent: two queues of 32 frames and one that is on its way.
 const MOST_WAITING: usize = 65 * MAX_FRAME;
 /// Identifiers of the companion's messages with their lengths, and two that are nobody's.
-const COMMANDS: [(u16, usize); 17] = [
+pub const COMMANDS: [(u16, usize); 17] = [
     (8, 1),
     (16, 1),
     (24, 2),

@@ -1,39 +1,54 @@
-//! Two DC motors on a TB6612FNG: direction on IN1 and IN2, duty on PWM, both asleep through STBY.
+//! Two DC motors on an H-bridge with two inputs each (DRV8833; TB6612FNG with PWMA and PWMB tied high).
 //!
-//! IN1 and IN2 low let a motor coast; with a direction set, the low part of the PWM brakes it, which makes the speed
-//! nearly proportional to the duty.
+//! Slow decay: one input is high and the other carries the inverted PWM, so the bridge brakes in the part of each period
+//! in which it does not drive. That makes the speed nearly proportional to the duty. Duty 0 is both inputs high, the
+//! brake; both low would let a TB6612 or DRV8833 coast, and so does the standby line, which is how power is taken off.
 
 use embassy_rp::clocks::clk_sys_freq;
 use embassy_rp::gpio::Output;
-use embassy_rp::pwm::{Config, Pwm, PwmOutput, SetDutyCycle};
+use embassy_rp::pac;
+use embassy_rp::pwm::{Config, Pwm};
 
 use crate::emergency;
 use crate::pins::MotorPins;
 
-/// Above hearing, far below the bridge's 100 kHz.
+/// Above hearing, far below the 100 kHz that the TB6612 takes and the 250 kHz of the DRV8833.
 const FREQUENCY_HZ: u32 = 20_000;
+/// The slices of [`MotorPins`].
+const LEFT: usize = 3;
+const RIGHT: usize = 4;
+
+/// Compare values of IN1 and IN2 for a duty in Q15, positive forwards, of a PWM with `period` steps. A compare value of
+/// `period` is never reached and leaves the output high.
+fn compare(duty: i16, period: u32) -> (u16, u16) {
+    let driven = (u32::from(duty.unsigned_abs()) * period) >> 15;
+    let braked = period.saturating_sub(driven) as u16;
+    if duty >= 0 {
+        (period as u16, braked)
+    } else {
+        (braked, period as u16)
+    }
+}
 
 struct Motor {
-    pwm: PwmOutput<'static>,
-    in1: Output<'static>,
-    in2: Output<'static>,
-    top: u16,
+    /// Keeps the slice and its pins.
+    _pwm: Pwm<'static>,
+    slice: usize,
+    period: u32,
 }
 
 impl Motor {
-    /// `duty` in Q15, positive forwards.
-    fn drive(&mut self, duty: i16) {
-        let compare = (u32::from(duty.unsigned_abs()) * u32::from(self.top)) >> 15;
-        // Cannot fail: |duty| is at most 1.0, so compare is at most top.
-        let _ = self.pwm.set_duty_cycle(compare as u16);
-        self.in1.set_level((duty >= 0).into());
-        self.in2.set_level((duty < 0).into());
+    /// Both inputs in one write, which the PWM takes over at the end of its period: no edge of a reversal is ever
+    /// seen half.
+    fn set(&mut self, (in1, in2): (u16, u16)) {
+        pac::PWM.ch(self.slice).cc().write(|w| {
+            w.set_a(in1);
+            w.set_b(in2);
+        });
     }
 
-    fn coast(&mut self) {
-        self.in1.set_low();
-        self.in2.set_low();
-        let _ = self.pwm.set_duty_cycle(0);
+    fn drive(&mut self, duty: i16) {
+        self.set(compare(duty, self.period));
     }
 }
 
@@ -46,25 +61,29 @@ pub struct Motors {
 
 impl Motors {
     pub fn new(pins: MotorPins) -> Self {
-        let top = (clk_sys_freq() / FREQUENCY_HZ - 1) as u16;
+        let period = clk_sys_freq() / FREQUENCY_HZ;
         let mut config = Config::default();
-        config.top = top;
-        let pwm = Pwm::new_output_ab(pins.slice, pins.left_pwm, pins.right_pwm, config);
-        let (Some(left), Some(right)) = pwm.split() else {
-            unreachable!("the slice was made with both outputs")
-        };
+        config.top = (period - 1) as u16;
         Self {
             left: Motor {
-                pwm: left,
-                in1: pins.left_in1,
-                in2: pins.left_in2,
-                top,
+                _pwm: Pwm::new_output_ab(
+                    pins.left_slice,
+                    pins.left_in1,
+                    pins.left_in2,
+                    config.clone(),
+                ),
+                slice: LEFT,
+                period,
             },
             right: Motor {
-                pwm: right,
-                in1: pins.right_in1,
-                in2: pins.right_in2,
-                top,
+                _pwm: Pwm::new_output_ab(
+                    pins.right_slice,
+                    pins.right_in1,
+                    pins.right_in2,
+                    config,
+                ),
+                slice: RIGHT,
+                period,
             },
             standby: pins.standby,
         }
@@ -84,7 +103,7 @@ impl Motors {
     /// No torque at all: the wheels turn freely.
     pub fn coast(&mut self) {
         self.standby.set_low();
-        self.left.coast();
-        self.right.coast();
+        self.left.set((0, 0));
+        self.right.set((0, 0));
     }
 }

@@ -1,18 +1,18 @@
 //! What is wired to which pin of a Raspberry Pi Pico. docs/hardware.md mirrors this file.
 //!
-//! GP16 to GP19 are left free for SPI.
+//! GP10 and GP16 to GP19 are kept for a CAN controller on SPI; GP11 is free.
 
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
-    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIO0, PWM_SLICE3,
-    UART0, WATCHDOG,
+    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_8, PIN_9,
+    PIO0, PWM_SLICE3, PWM_SLICE4, UART0, WATCHDOG,
 };
 use embassy_rp::{Peri, Peripherals};
 
 /// Baud rate of the serial link.
 pub const BAUD: u32 = 230_400;
 
-/// STBY of the TB6612, as a bit of the GPIO registers, for what must work without owning the pin.
+/// STBY of the TB6612 (nSLEEP of the DRV8833), as a bit of the GPIO registers, for what must work without owning the pin.
 pub const STANDBY_MASK: u32 = 1 << 12;
 /// As for STBY.
 pub const EMERGENCY_STOP_MASK: u32 = 1 << 28;
@@ -45,20 +45,16 @@ pub struct EncoderPins {
     pub right_b: Peri<'static, PIN_5>,
 }
 
-/// H-bridge TB6612FNG. PWMA and PWMB are the two channels of one PWM slice.
+/// H-bridge with two inputs a motor: DRV8833, or TB6612FNG with PWMA and PWMB tied to 3.3 V. The inputs of one motor
+/// are the two channels of one PWM slice, so that both change in the same PWM period.
 pub struct MotorPins {
-    pub slice: Peri<'static, PWM_SLICE3>,
-    pub left_pwm: Peri<'static, PIN_6>,
-    pub right_pwm: Peri<'static, PIN_7>,
-    /// AIN1, GP8.
-    pub left_in1: Output<'static>,
-    /// AIN2, GP9.
-    pub left_in2: Output<'static>,
-    /// BIN1, GP10.
-    pub right_in1: Output<'static>,
-    /// BIN2, GP11.
-    pub right_in2: Output<'static>,
-    /// STBY, GP12.
+    pub left_slice: Peri<'static, PWM_SLICE3>,
+    pub left_in1: Peri<'static, PIN_6>,
+    pub left_in2: Peri<'static, PIN_7>,
+    pub right_slice: Peri<'static, PWM_SLICE4>,
+    pub right_in1: Peri<'static, PIN_8>,
+    pub right_in2: Peri<'static, PIN_9>,
+    /// STBY or nSLEEP, GP12: low takes both bridges off.
     pub standby: Output<'static>,
 }
 
@@ -115,13 +111,12 @@ impl Board {
                 right_b: p.PIN_5,
             },
             motors: MotorPins {
-                slice: p.PWM_SLICE3,
-                left_pwm: p.PIN_6,
-                right_pwm: p.PIN_7,
-                left_in1: Output::new(p.PIN_8, Level::Low),
-                left_in2: Output::new(p.PIN_9, Level::Low),
-                right_in1: Output::new(p.PIN_10, Level::Low),
-                right_in2: Output::new(p.PIN_11, Level::Low),
+                left_slice: p.PWM_SLICE3,
+                left_in1: p.PIN_6,
+                left_in2: p.PIN_7,
+                right_slice: p.PWM_SLICE4,
+                right_in1: p.PIN_8,
+                right_in2: p.PIN_9,
                 standby: Output::new(p.PIN_12, Level::Low),
             },
             sonars: [

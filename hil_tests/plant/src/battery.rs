@@ -26,7 +26,7 @@ impl Battery {
             charge: config.state_of_charge,
             voltage: 0.0,
         };
-        battery.step(0.0, 0.0);
+        battery.step(0.0, 0.0, 0.0);
         battery
     }
 
@@ -44,12 +44,13 @@ impl Battery {
         self.charge = charge.clamp(0.0, 1.0);
     }
 
-    /// Draws the motors' current (A) for `dt` seconds. What braking motors feed back is not stored.
-    pub fn step(&mut self, motor_current: f64, dt: f64) {
+    /// Draws the motors' current (A) for `dt` seconds; `voltage_drop`: lost to a fault. What braking motors feed back is not stored.
+    pub fn step(&mut self, motor_current: f64, voltage_drop: f64, dt: f64) {
         let current = motor_current.max(0.0) + self.config.base_current;
         self.charge = (self.charge - current * dt / (3600.0 * self.config.capacity_ah)).max(0.0);
         self.voltage =
-            (open_circuit(self.charge) - current * self.config.internal_resistance).max(0.0);
+            (open_circuit(self.charge) - current * self.config.internal_resistance - voltage_drop)
+                .max(0.0);
     }
 }
 

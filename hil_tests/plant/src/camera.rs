@@ -1,6 +1,7 @@
 //! The thermal camera: rays through the lens to the ground, and what the sensor makes of their temperatures.
 
 use crate::config;
+use crate::faults::CameraFault;
 use crate::pose::Pose;
 use crate::random::Random;
 use crate::terrain::{Point, Terrain};
@@ -77,20 +78,31 @@ impl Camera {
     }
 
     /// Takes the picture that is due at `now_us`, if any.
-    pub fn poll(&mut self, now_us: u64, pose: Pose, terrain: &Terrain) -> Option<Frame> {
+    pub fn poll(
+        &mut self,
+        now_us: u64,
+        pose: Pose,
+        terrain: &Terrain,
+        fault: Option<CameraFault>,
+    ) -> Option<Frame> {
         if now_us < self.next_exposure_us {
             return None;
         }
         let exposure_us = self.next_exposure_us;
         self.next_exposure_us += self.config.period_us;
         self.sequence += 1;
-        let (calibrations, ffc) = self.shutter(exposure_us);
+        if fault == Some(CameraFault::Dead) {
+            return None;
+        }
+        let (calibrations, regular) = self.shutter(exposure_us);
+        let ffc = regular || fault == Some(CameraFault::Calibrating);
+        let frozen = fault == Some(CameraFault::Frozen);
         if calibrations != self.calibrations {
             self.calibrations = calibrations;
             self.draw_pattern();
         }
         let mut depth = Vec::new();
-        if !ffc || self.last.is_empty() {
+        if !(ffc || frozen) || self.last.is_empty() {
             (self.last, depth) = self.expose(pose, terrain);
         }
         Some(Frame {

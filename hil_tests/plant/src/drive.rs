@@ -5,6 +5,7 @@
 //! from the two shafts are the matrix [[a, b], [b, a]].
 
 use crate::config;
+use crate::faults::Faults;
 use crate::random::Random;
 
 /// What the H-bridges do: duty -1..1 of the supply, or open (coast).
@@ -25,6 +26,9 @@ pub struct Drive {
     /// Shaft speeds, rad/s, and angles, rad.
     speed: [f64; 2],
     angle: [f64; 2],
+    /// Encoder counts, and those that sound encoders would show.
+    counts: [i32; 2],
+    turned: [i32; 2],
     current: f64,
 }
 
@@ -53,6 +57,8 @@ impl Drive {
             ),
             speed: [0.0; 2],
             angle: [0.0; 2],
+            counts: [0; 2],
+            turned: [0; 2],
             current: 0.0,
         }
     }
@@ -79,18 +85,41 @@ impl Drive {
 
     /// x4 quadrature counts (left, right).
     pub fn counts(&self) -> [i32; 2] {
+        self.counts
+    }
+
+    /// Makes an encoder jump, as a burst of interference does.
+    pub fn kick_encoder(&mut self, wheel: usize, counts: i32) {
+        self.counts[wheel] = self.counts[wheel].wrapping_add(counts);
+    }
+
+    /// Lets the encoders count what the wheels have turned since the last step.
+    fn count(&mut self, faults: &Faults) {
         let scale = self.config.counts_per_revolution / std::f64::consts::TAU;
-        self.angle
-            .map(|angle| (angle * scale).floor() as i64 as i32)
+        let turned = self
+            .angle
+            .map(|angle| (angle * scale).floor() as i64 as i32);
+        let steps = std::array::from_fn(|wheel| turned[wheel].wrapping_sub(self.turned[wheel]));
+        self.turned = turned;
+        for (count, step) in self.counts.iter_mut().zip(faults.encoder_steps(steps)) {
+            *count = count.wrapping_add(step);
+        }
     }
 
     /// One step of `dt` seconds at `voltage`; `blocked` adds the torque of wheels that spin on the spot.
     /// Returns the ground travel of both wheels in metres.
-    pub fn step(&mut self, bridge: Bridge, voltage: f64, blocked: bool, dt: f64) -> [f64; 2] {
+    pub fn step(
+        &mut self,
+        bridge: Bridge,
+        voltage: f64,
+        blocked: bool,
+        faults: &Faults,
+        dt: f64,
+    ) -> [f64; 2] {
         self.current = 0.0;
         let mut motor_torque = |wheel: usize| {
             let mut torque = -self.config.viscous_friction * self.speed[wheel];
-            if bridge.powered {
+            if bridge.powered && !faults.wheels[wheel].open {
                 let duty = bridge.duty[wheel];
                 let emf = self.back_emf[wheel] * self.speed[wheel];
                 let current = (duty * voltage - emf) / self.resistance[wheel];
@@ -108,13 +137,21 @@ impl Drive {
             };
         let before = self.speed;
         self.speed = self.rub(torque, holding, dt);
+        for (speed, wheel) in self.speed.iter_mut().zip(&faults.wheels) {
+            if wheel.stalled {
+                *speed = 0.0;
+            }
+        }
         self.vary_slip(dt);
-        let slip = self.slip();
-        std::array::from_fn(|wheel| {
+        let slip: [f64; 2] =
+            std::array::from_fn(|wheel| self.slip()[wheel] + faults.wheels[wheel].slip);
+        let travel = std::array::from_fn(|wheel| {
             let turned = 0.5 * (before[wheel] + self.speed[wheel]) * dt;
             self.angle[wheel] += turned;
             turned * self.config.wheel_radius * (1.0 - slip[wheel])
-        })
+        });
+        self.count(faults);
+        travel
     }
 
     /// Speeds after `dt` with the motors' torques and a Coulomb friction of up to `holding`, which slows a wheel down

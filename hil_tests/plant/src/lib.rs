@@ -5,6 +5,7 @@ mod battery;
 mod camera;
 mod config;
 mod drive;
+mod faults;
 mod obstacle;
 mod pose;
 mod random;
@@ -87,9 +88,12 @@ impl Plant {
         })
     }
 
-    /// Puts a running rover-sitl into the loop: descriptors of its stdin (write end) and stdout (read end).
-    fn attach_sitl(&mut self, stdin_fd: i32, stdout_fd: i32) -> PyResult<()> {
-        self.world.attach(sitl::Sitl::attach(stdin_fd, stdout_fd)?);
+    /// Puts a rover-sitl that has just been started into the loop: descriptors of its stdin (write end) and stdout
+    /// (read end), and how many bytes the host had written by then; those on the wire are lost to it.
+    #[pyo3(signature = (stdin_fd, stdout_fd, host_bytes = 0))]
+    fn attach_sitl(&mut self, stdin_fd: i32, stdout_fd: i32, host_bytes: u64) -> PyResult<()> {
+        self.world
+            .attach(sitl::Sitl::attach(stdin_fd, stdout_fd)?, host_bytes);
         Ok(())
     }
 
@@ -169,6 +173,35 @@ impl Plant {
 
     fn set_emergency_stop(&mut self, active: bool) {
         self.world.emergency_stop = active;
+    }
+
+    /// Puts a fault in or, with value 0, takes it away; names and values: src/faults.rs. Raises ValueError.
+    fn set_fault(&mut self, name: &str, index: usize, value: f64) -> PyResult<()> {
+        self.world
+            .faults
+            .set(name, index, value)
+            .map_err(PyValueError::new_err)
+    }
+
+    /// Makes the encoder of wheel 0 or 1 jump by some counts.
+    fn kick_encoder(&mut self, wheel: usize, counts: i32) -> PyResult<()> {
+        if wheel > 1 {
+            return Err(PyValueError::new_err(format!(
+                "wheel {wheel}: there are two, 0 and 1"
+            )));
+        }
+        self.world.drive.kick_encoder(wheel, counts);
+        Ok(())
+    }
+
+    /// Something that was not there before: an upright disc, metres.
+    fn add_obstacle(&mut self, x: f64, y: f64, radius: f64, height: f64) {
+        self.world.obstacles.push(Obstacle {
+            x,
+            y,
+            radius,
+            height,
+        });
     }
 
     /// Lamp and buzzer of the rover.

@@ -1,6 +1,7 @@
 //! Three HC-SR04: the nearest obstacle inside the cone, as the time that the sound takes.
 
 use crate::config;
+use crate::faults::SonarFault;
 use crate::obstacle::Obstacle;
 use crate::pose::Pose;
 use crate::random::Random;
@@ -52,21 +53,34 @@ impl Sonar {
     }
 
     /// Starts a ranging; a sensor that still waits for its echo ignores the trigger, as the part does.
-    pub fn trigger(&mut self, sensor: u8, now_us: u64, pose: Pose, obstacles: &[Obstacle]) {
+    pub fn trigger(
+        &mut self,
+        sensor: u8,
+        now_us: u64,
+        pose: Pose,
+        obstacles: &[Obstacle],
+        faults: &[Option<SonarFault>; 3],
+    ) {
         let index = usize::from(sensor);
         if index >= self.pending.len() || self.pending[index].is_some() {
             return;
         }
         let dropped = self.random.uniform() < self.config.dropout;
         let noise = self.random.normal();
-        let echo = self
-            .true_range(index, pose, obstacles)
-            .filter(|_| !dropped)
-            .map(|range| {
-                let sigma = self.config.noise + self.config.noise_fraction * range;
-                let measured = (range + sigma * noise).max(self.config.minimum_range);
-                (2e6 * measured / self.sound_speed).round() as u32
-            });
+        let fault = faults[index];
+        if fault == Some(SonarFault::Dead) {
+            return;
+        }
+        let echo = match fault {
+            Some(SonarFault::Near(range)) => Some(range),
+            Some(SonarFault::Deaf) => None,
+            _ => self.true_range(index, pose, obstacles).filter(|_| !dropped),
+        };
+        let echo = echo.map(|range| {
+            let sigma = self.config.noise + self.config.noise_fraction * range;
+            let measured = (range + sigma * noise).max(self.config.minimum_range);
+            (2e6 * measured / self.sound_speed).round() as u32
+        });
         self.pending[index] = Some(match echo {
             Some(echo_us) => (now_us + BURST_US + u64::from(echo_us), echo_us),
             None => (now_us + TIMEOUT_US, 0),

@@ -27,6 +27,13 @@ impl Wire {
         self.written = self.written.max(total);
     }
 
+    /// Everything written up to `total` is gone, on the wire or not.
+    pub fn drop_until(&mut self, total: u64) {
+        self.written = total;
+        self.arrived = total;
+        self.credit = 0;
+    }
+
     /// Bytes that have arrived after `elapsed_us` more.
     pub fn pass(&mut self, elapsed_us: u64) -> u64 {
         if self.arrived == self.written {

@@ -6,6 +6,7 @@ use crate::battery::Battery;
 use crate::camera::{Camera, Frame};
 use crate::config::Config;
 use crate::drive::{Bridge, Drive};
+use crate::faults::Faults;
 use crate::obstacle::{block, Obstacle};
 use crate::pose::Pose;
 use crate::random::Random;
@@ -21,6 +22,14 @@ pub const TICK_US: u64 = 1000;
 /// The referee looks every so often, microseconds.
 const LOOK_US: u64 = 10_000;
 
+/// Where the world stood when its firmware was switched on.
+#[derive(Default)]
+struct Begin {
+    now_us: u64,
+    host_bytes: u64,
+    bytes_sent: u64,
+}
+
 pub struct World {
     pub now_us: u64,
     pub pose: Pose,
@@ -34,6 +43,7 @@ pub struct World {
     pub survey: Survey,
     pub bridge: Bridge,
     pub emergency_stop: bool,
+    pub faults: Faults,
     pub led: bool,
     pub buzzer: bool,
     /// Pictures exposed, not yet delivered; and delivered, not yet taken by the companion.
@@ -43,6 +53,7 @@ pub struct World {
     wire: Wire,
     adc: Random,
     sitl: Option<Sitl>,
+    begin: Begin,
     bytes_sent: u64,
     blocked: bool,
     blocked_since_look: bool,
@@ -67,6 +78,7 @@ impl World {
             survey: Survey::new(&config),
             bridge: Bridge::default(),
             emergency_stop: false,
+            faults: Faults::default(),
             led: false,
             buzzer: false,
             exposed: Vec::new(),
@@ -74,6 +86,7 @@ impl World {
             wire: Wire::new(config.baud),
             adc: Random::stream(config.seed, "battery"),
             sitl: None,
+            begin: Begin::default(),
             bytes_sent: 0,
             blocked: false,
             blocked_since_look: false,
@@ -83,8 +96,17 @@ impl World {
         world
     }
 
-    pub fn attach(&mut self, sitl: Sitl) {
+    /// Puts a firmware into the loop that has just been switched on: its clock and its counts of bytes begin now.
+    /// `host_bytes`: what the host has written so far; bytes on the wire are lost to it.
+    pub fn attach(&mut self, sitl: Sitl, host_bytes: u64) {
         self.sitl = Some(sitl);
+        self.bridge = Bridge::default();
+        self.wire.drop_until(host_bytes);
+        self.begin = Begin {
+            now_us: self.now_us,
+            host_bytes,
+            bytes_sent: self.bytes_sent,
+        };
     }
 
     /// Lets go of the firmware: its stdin ends once the caller has closed its own end.
@@ -96,10 +118,15 @@ impl World {
     pub fn step(&mut self) {
         let dt = TICK_US as f64 * 1e-6;
         self.now_us += TICK_US;
-        let travel = self
-            .drive
-            .step(self.bridge, self.battery.voltage(), self.blocked, dt);
-        self.battery.step(self.drive.supply_current(), dt);
+        let travel = self.drive.step(
+            self.bridge,
+            self.battery.voltage(),
+            self.blocked,
+            &self.faults,
+            dt,
+        );
+        self.battery
+            .step(self.drive.supply_current(), self.faults.voltage_drop, dt);
         let rolled = self
             .pose
             .roll(travel[0], travel[1], self.config.drive.track_width);
@@ -115,7 +142,10 @@ impl World {
         if self.now_us.is_multiple_of(LOOK_US) {
             self.look();
         }
-        if let Some(frame) = self.camera.poll(self.now_us, self.pose, &self.terrain) {
+        if let Some(frame) =
+            self.camera
+                .poll(self.now_us, self.pose, &self.terrain, self.faults.camera)
+        {
             self.exposed.push(frame);
         }
         while self
@@ -124,7 +154,7 @@ impl World {
             .is_some_and(|frame| frame.delivered_us <= self.now_us)
         {
             let frame = self.exposed.remove(0);
-            if !frame.ffc {
+            if !frame.ffc && !frame.depth.is_empty() {
                 let eye = self.camera.eye(frame.pose);
                 self.survey
                     .mark(eye, frame.pose, &frame.depth, &self.terrain);
@@ -150,8 +180,13 @@ impl World {
     }
 
     pub fn trigger_sonar(&mut self, sensor: u8) {
-        self.sonar
-            .trigger(sensor, self.now_us, self.pose, &self.obstacles);
+        self.sonar.trigger(
+            sensor,
+            self.now_us,
+            self.pose,
+            &self.obstacles,
+            &self.faults.sonars,
+        );
     }
 
     /// The battery as the firmware's ADC reads it, millivolts.
@@ -182,12 +217,12 @@ impl World {
         while self.now_us + TICK_US <= until_us {
             self.step();
             let sensors = Sensors {
-                now_us: self.now_us,
+                now_us: self.now_us - self.begin.now_us,
                 counts: self.drive.counts(),
                 echo: self.poll_echo(),
                 battery_mv: self.measure_battery(),
                 emergency_stop: self.emergency_stop,
-                host_bytes_due: self.wire.pass(TICK_US),
+                host_bytes_due: self.wire.pass(TICK_US) - self.begin.host_bytes,
             };
             let actuators = sitl.exchange(&sensors)?;
             self.bridge = actuators.bridge;
@@ -195,8 +230,9 @@ impl World {
             if let Some(sensor) = actuators.sonar_trigger {
                 self.trigger_sonar(sensor);
             }
-            if actuators.bytes_sent != self.bytes_sent {
-                self.bytes_sent = actuators.bytes_sent;
+            let bytes_sent = self.begin.bytes_sent + actuators.bytes_sent;
+            if bytes_sent != self.bytes_sent {
+                self.bytes_sent = bytes_sent;
                 marks.push((self.now_us, self.bytes_sent));
             }
         }

@@ -1,0 +1,110 @@
+//! Faults of the rover's parts that a scenario puts in while the world runs: what breaks is set here by name, and the
+//! parts ask for it where they compute what the fault changes.
+
+/// What is broken now. The default is a sound rover.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    pub wheels: [WheelFault; 2],
+    /// The plugs of both encoders are in each other's sockets.
+    pub encoders_swapped: bool,
+    pub sonars: [Option<SonarFault>; 3],
+    /// Taken off the battery's terminal voltage, volts.
+    pub voltage_drop: f64,
+    pub camera: Option<CameraFault>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WheelFault {
+    /// The encoder gives no edges; those are lost for good.
+    pub encoder_stuck: bool,
+    /// Phases A and B are exchanged: it counts backwards.
+    pub encoder_reversed: bool,
+    /// Part of the wheel's travel that the ground does not get.
+    pub slip: f64,
+    /// The shaft is jammed.
+    pub stalled: bool,
+    /// A motor wire is off.
+    pub open: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SonarFault {
+    /// The sensor says nothing, not even a timeout.
+    Dead,
+    /// It always hears an echo from this range, metres.
+    Near(f64),
+    /// It never hears an echo.
+    Deaf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraFault {
+    /// New frames with the old picture.
+    Frozen,
+    /// No frames.
+    Dead,
+    /// The shutter is closed for a calibration.
+    Calibrating,
+}
+
+impl Faults {
+    /// Sets one fault. `index`: wheel (0 left, 1 right) or sonar (0 to 2), 0 otherwise; `value`: its size where it has
+    /// one, else anything but 0 puts it in; 0 takes it away. The error says what is wrong.
+    pub fn set(&mut self, name: &str, index: usize, value: f64) -> Result<(), String> {
+        let on = value != 0.0;
+        if let Some(camera) = camera_fault(name) {
+            self.camera = on.then_some(camera);
+            return Ok(());
+        }
+        match name {
+            "encoders-swapped" => self.encoders_swapped = on,
+            "voltage-drop" => self.voltage_drop = value,
+            "sonar-dead" => *self.sonar(index)? = on.then_some(SonarFault::Dead),
+            "sonar-near" => *self.sonar(index)? = on.then_some(SonarFault::Near(value)),
+            "sonar-deaf" => *self.sonar(index)? = on.then_some(SonarFault::Deaf),
+            "encoder-stuck" => self.wheel(index)?.encoder_stuck = on,
+            "encoder-reversed" => self.wheel(index)?.encoder_reversed = on,
+            "wheel-slip" => self.wheel(index)?.slip = value,
+            "motor-stalled" => self.wheel(index)?.stalled = on,
+            "motor-open" => self.wheel(index)?.open = on,
+            _ => return Err(format!("fault {name}: the plant does not know it")),
+        }
+        Ok(())
+    }
+
+    /// Steps of the encoders as the firmware gets them, from those that the wheels have made.
+    pub fn encoder_steps(&self, steps: [i32; 2]) -> [i32; 2] {
+        let [left, right] = steps;
+        let plugged = if self.encoders_swapped {
+            [right, left]
+        } else {
+            [left, right]
+        };
+        std::array::from_fn(|wheel| match self.wheels[wheel] {
+            fault if fault.encoder_stuck => 0,
+            fault if fault.encoder_reversed => -plugged[wheel],
+            _ => plugged[wheel],
+        })
+    }
+
+    fn wheel(&mut self, index: usize) -> Result<&mut WheelFault, String> {
+        self.wheels
+            .get_mut(index)
+            .ok_or_else(|| format!("wheel {index}: there are two, 0 and 1"))
+    }
+
+    fn sonar(&mut self, index: usize) -> Result<&mut Option<SonarFault>, String> {
+        self.sonars
+            .get_mut(index)
+            .ok_or_else(|| format!("sonar {index}: there are three, 0 to 2"))
+    }
+}
+
+fn camera_fault(name: &str) -> Option<CameraFault> {
+    Some(match name {
+        "camera-frozen" => CameraFault::Frozen,
+        "camera-dead" => CameraFault::Dead,
+        "camera-ffc" => CameraFault::Calibrating,
+        _ => return None,
+    })
+}

@@ -120,6 +120,13 @@ impl Core {
                     return None;
                 }
             }
+            m::TestMode::ID => self.test_mode(&m::TestMode::read(payload)?, now_us)?,
+            m::InjectWheels::ID => {
+                self.inject_wheels(&m::InjectWheels::read(payload)?, now_us)?;
+            }
+            m::InjectSensors::ID => {
+                self.inject_sensors(&m::InjectSensors::read(payload)?, now_us)?;
+            }
             m::Reboot::ID => self.reboot_wanted(m::Reboot::read(payload)?.magic),
             _ => return None,
         }

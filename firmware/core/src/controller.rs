@@ -20,6 +20,7 @@ use crate::sonar::Sonar;
 use crate::storage::{self, Flash};
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::telemetry::Schedule;
+use crate::test_mode::Injection;
 use crate::wheels::{wheel_references, Gains, Wheel, WheelReference};
 
 /// Ticks before the first state that commands can change.
@@ -47,6 +48,8 @@ pub struct Core {
     pub(crate) drive_check: DriveCheck,
     pub(crate) sonar: Sonar,
     pub(crate) battery: Battery,
+    /// In test mode.
+    pub(crate) injection: Option<Injection>,
     /// A matching Hello has come.
     pub(crate) handshake: bool,
     pub(crate) arm_token: u16,
@@ -91,6 +94,7 @@ impl Core {
             drive_check: DriveCheck::default(),
             sonar: Sonar::default(),
             battery: Battery::default(),
+            injection: None,
             handshake: false,
             arm_token: 0,
             keep_alive: None,
@@ -186,8 +190,9 @@ impl Core {
         if gap_us > LONGEST_GAP_US && self.ticks > 1 {
             self.raise(Event::Internal, 1);
         }
-        let (steps, sonar_trigger) = self.sense(inputs);
-        self.watch(inputs);
+        let inputs = self.measurements(inputs);
+        let (steps, sonar_trigger) = self.sense(&inputs);
+        self.watch(&inputs);
         self.accept_segments();
         self.advance_motion();
         self.drive(steps);
@@ -195,14 +200,14 @@ impl Core {
         let powered = self.supervisor.is_powered();
         let [left, right] = &self.wheels;
         let (led, buzzer) = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
-        Outputs {
+        self.withheld(Outputs {
             duty_left: if powered { left.duty() } else { 0 },
             duty_right: if powered { right.duty() } else { 0 },
             powered,
             sonar_trigger,
             led,
             buzzer,
-        }
+        })
     }
 
     /// Measurements: battery, encoders, sonar. Returns the encoders' steps and the sensor to ping.

@@ -40,6 +40,7 @@ mod stop;
 pub mod storage;
 mod supervisor;
 mod telemetry;
+mod test_mode;
 mod trigonometry;
 mod velocity_observer;
 mod wheels;

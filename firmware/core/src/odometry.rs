@@ -55,6 +55,11 @@ impl Odometry {
         steps
     }
 
+    /// The next counts are where the wheels stand, however far from the last ones.
+    pub fn rebase(&mut self) {
+        self.last_counts = None;
+    }
+
     /// Cumulative counts, left and right.
     pub fn counts(&self) -> [i64; 2] {
         self.counts

@@ -99,6 +99,7 @@ impl Core {
             self.emergency_input,
             moving,
             self.supervisor.is_powered(),
+            self.injection.is_some(),
         ];
         m::State {
             state: self.supervisor.state_number(),

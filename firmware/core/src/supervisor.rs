@@ -39,6 +39,8 @@ pub enum Event {
     EncoderFault,
     Underrun,
     Internal,
+    /// Nothing was injected for too long in test mode.
+    InjectorSilent,
     RunStarted,
     RunEnded,
     /// The jerk-limited stop is over and the wheels stand.
@@ -83,7 +85,7 @@ const MOVE: Cell = Some((State::Moving, Action::Nothing));
 const HOLD: Cell = Some((State::Armed, Action::Nothing));
 
 #[rustfmt::skip]
-const TABLE: [(Event, [Cell; 7]); 16] = [
+const TABLE: [(Event, [Cell; 7]); 17] = [
     //                         Boot   Disarmed  Armed   Moving  Retiring   Stopping  Latched
     (Event::BootDone,         [READY, NONE,     NONE,   NONE,   NONE,      NONE,     NONE]),
     (Event::Arm,              [NONE,  ARM,      NONE,   NONE,   NONE,      NONE,     ARM ]),
@@ -98,6 +100,7 @@ const TABLE: [(Event, [Cell; 7]); 16] = [
     (Event::EncoderFault,     [NONE,  NONE,     CUT,    CUT,    CUT,       CUT,      NONE]),
     (Event::Underrun,         [NONE,  NONE,     NONE,   BRAKE,  NONE,      NONE,     NONE]),
     (Event::Internal,         [NONE,  NONE,     CUT,    CUT,    CUT,       CUT,      NONE]),
+    (Event::InjectorSilent,   [NONE,  CUT,      CUT,    CUT,    CUT,       CUT,      NONE]),
     (Event::RunStarted,       [NONE,  NONE,     MOVE,   NONE,   NONE,      NONE,     NONE]),
     (Event::RunEnded,         [NONE,  NONE,     NONE,   HOLD,   NONE,      NONE,     NONE]),
     (Event::Stopped,          [NONE,  NONE,     NONE,   NONE,   OFF,       CUT,      NONE]),
@@ -124,6 +127,7 @@ fn cause_of(event: Event) -> Option<u8> {
         Event::Underrun => state_cause::UNDERRUN,
         Event::Disarm => state_cause::DISARM,
         Event::Internal => state_cause::INTERNAL,
+        Event::InjectorSilent => state_cause::INJECTOR_SILENT,
         Event::BootDone | Event::Arm | Event::RunStarted | Event::RunEnded | Event::Stopped => {
             return None
         }

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const EVENTS: [Event; 16] = [
+const EVENTS: [Event; 17] = [
     Event::BootDone,
     Event::Arm,
     Event::Disarm,
@@ -16,6 +16,7 @@ const EVENTS: [Event; 16] = [
     Event::EncoderFault,
     Event::Underrun,
     Event::Internal,
+    Event::InjectorSilent,
     Event::RunStarted,
     Event::RunEnded,
     Event::Stopped,
@@ -55,6 +56,7 @@ fn every_cell_is_as_specified() {
         (Event::EncoderFault, "..llll."),
         (Event::Underrun, "...s..."),
         (Event::Internal, "..llll."),
+        (Event::InjectorSilent, ".lllll."),
         (Event::RunStarted, "..m...."),
         (Event::RunEnded, "...a..."),
         (Event::Stopped, "....dl."),

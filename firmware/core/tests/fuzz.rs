@@ -67,7 +67,7 @@ fn well_formed_frames_of_any_content_never_panic() {
         let (mut sequence, mut driven) = (0_u8, 0);
         for _ in 0..20_000 {
             for _ in 0..random.below(4) {
-                let (identifier, length) = COMMANDS[random.below(17) as usize];
+                let (identifier, length) = COMMANDS[random.below(COMMANDS.len() as u64) as usize];
                 // Rarely what ends everything, or no drive would ever begin.
                 if matches!(identifier, 8 | 16 | 25) && random.below(50) != 0 {
                     continue;
@@ -138,6 +138,7 @@ fn a_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the_m
     let summary = fuzz_stream::run(1_000_000, 1);
     assert_eq!(summary.bytes, 1_000_000);
     assert!(summary.powered > 5_000, "{summary:?}");
+    assert!(summary.injected > 1_000, "{summary:?}");
     assert!(summary.segments > 100, "{summary:?}");
     assert_eq!(fuzz_stream::run(100_000, 2), fuzz_stream::run(100_000, 2));
 }

@@ -5,7 +5,7 @@ Written by tools/generate/protocol.py: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0xDB53905E
+SCHEMA_HASH = 0x41171CFD
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
@@ -69,6 +69,12 @@ ParameterValue = Message("ParameterValue", 0x112, 7, (("identifier", 0, 2, False
 ParameterCommand = Message("ParameterCommand", 0x113, 1, (("command", 0, 1, False),))
 # Period of one telemetry message.
 TelemetryRate = Message("TelemetryRate", 0x120, 4, (("message", 0, 2, False), ("period", 2, 2, False),))
+# Sensors from the wire instead of the pins, motors off whatever the state. Refused while the motors are on and before a matching Hello. Answered by State.
+TestMode = Message("TestMode", 0x130, 3, (("enable", 0, 1, False), ("key", 1, 2, False),))
+# Quadrature counts in test mode.
+InjectWheels = Message("InjectWheels", 0x131, 8, (("left", 0, 4, True), ("right", 4, 4, True),))
+# All other measurements in test mode.
+InjectSensors = Message("InjectSensors", 0x132, 7, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False),))
 # Restarts. Refused while armed.
 Reboot = Message("Reboot", 0x7F0, 4, (("magic", 0, 4, False),))
 
@@ -104,6 +110,9 @@ BY_ID = {
     0x112: ParameterValue,
     0x113: ParameterCommand,
     0x120: TelemetryRate,
+    0x130: TestMode,
+    0x131: InjectWheels,
+    0x132: InjectSensors,
     0x7F0: Reboot,
 }
 BY_NAME = {message.name: message for message in BY_ID.values()}
@@ -123,6 +132,7 @@ SCALES = {
     "Battery": {"voltage": 0.001, "minimum": 0.001},
     "MotorDuty": {"left": 3.0517578125e-05, "right": 3.0517578125e-05},
     "TelemetryRate": {"period": 0.001},
+    "InjectSensors": {"battery": 0.001, "echo": 1e-06},
 }
 
 # State.state
@@ -147,7 +157,8 @@ STATE_CAUSE_ENCODER_FAULT = 8
 STATE_CAUSE_UNDERRUN = 9
 STATE_CAUSE_DISARM = 10
 STATE_CAUSE_INTERNAL = 11
-STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal"}
+STATE_CAUSE_INJECTOR_SILENT = 12
+STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent"}
 
 # Sonar.status
 SONAR_STATUS_OK = 0

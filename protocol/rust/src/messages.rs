@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0xdb53905e;
+pub const SCHEMA_HASH: u32 = 0x41171cfd;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -42,6 +42,9 @@ pub const fn length(identifier: u16) -> Option<usize> {
         ParameterValue::ID => Some(ParameterValue::LENGTH),
         ParameterCommand::ID => Some(ParameterCommand::LENGTH),
         TelemetryRate::ID => Some(TelemetryRate::LENGTH),
+        TestMode::ID => Some(TestMode::LENGTH),
+        InjectWheels::ID => Some(InjectWheels::LENGTH),
+        InjectSensors::ID => Some(InjectSensors::LENGTH),
         Reboot::ID => Some(Reboot::LENGTH),
         _ => None,
     }
@@ -355,7 +358,8 @@ pub struct State {
     /// 0 Boot, 1 Disarmed, 2 Armed, 3 Moving, 4 Stopping, 5 Latched.
     pub state: u8,
     /// Why it last stopped; 0 None, 1 StopCommand, 2 EmergencyCommand, 3 EmergencyInput, 4 DeadMan, 5
-    /// SonarGuard, 6 LowBattery, 7 Stall, 8 EncoderFault, 9 Underrun, 10 Disarm, 11 Internal.
+    /// SonarGuard, 6 LowBattery, 7 Stall, 8 EncoderFault, 9 Underrun, 10 Disarm, 11 Internal, 12
+    /// InjectorSilent.
     pub cause: u8,
     /// Reason byte of a stop command, or the number of the sensor or wheel.
     pub cause_detail: u8,
@@ -363,7 +367,8 @@ pub struct State {
     pub faults: u16,
     /// The last token seen.
     pub arm_token: u16,
-    /// Bit 0 handshake done; bit 1 emergency-stop input active; bit 2 moving; bit 3 motors powered.
+    /// Bit 0 handshake done; bit 1 emergency-stop input active; bit 2 moving; bit 3 motors powered; bit 4
+    /// test mode: the bridges are off whatever bit 3 says.
     pub flags: u8,
 }
 
@@ -436,6 +441,8 @@ pub mod state_cause {
     pub const DISARM: u8 = 10;
     /// Internal.
     pub const INTERNAL: u8 = 11;
+    /// InjectorSilent.
+    pub const INJECTOR_SILENT: u8 = 12;
 }
 
 /// Quadrature counts, x4.
@@ -1114,6 +1121,99 @@ impl Message for TelemetryRate {
         Some(Self {
             message: u16::from_le_bytes([p[0], p[1]]),
             period: u16::from_le_bytes([p[2], p[3]]),
+        })
+    }
+}
+
+/// Sensors from the wire instead of the pins, motors off whatever the state. Refused while the motors are
+/// on and before a matching Hello. Answered by State.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TestMode {
+    /// 1 begins, 0 ends.
+    pub enable: u8,
+    /// 0x5445 to begin; not looked at to end.
+    pub key: u16,
+}
+
+impl Message for TestMode {
+    const ID: u16 = 0x130;
+    const LENGTH: usize = 3;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let b0 = self.enable;
+        let [b1, b2] = self.key.to_le_bytes();
+        *out = [b0, b1, b2, 0, 0, 0, 0, 0];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 3] = payload.try_into().ok()?;
+        Some(Self {
+            enable: p[0],
+            key: u16::from_le_bytes([p[1], p[2]]),
+        })
+    }
+}
+
+/// Quadrature counts in test mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InjectWheels {
+    /// In count; cumulative, wraps; the first ones are where the wheels stand.
+    pub left: i32,
+    /// In count; cumulative, wraps.
+    pub right: i32,
+}
+
+impl Message for InjectWheels {
+    const ID: u16 = 0x131;
+    const LENGTH: usize = 8;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1, b2, b3] = self.left.to_le_bytes();
+        let [b4, b5, b6, b7] = self.right.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 8] = payload.try_into().ok()?;
+        Some(Self {
+            left: i32::from_le_bytes([p[0], p[1], p[2], p[3]]),
+            right: i32::from_le_bytes([p[4], p[5], p[6], p[7]]),
+        })
+    }
+}
+
+/// All other measurements in test mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InjectSensors {
+    /// In 0.001 V.
+    pub battery: u16,
+    /// Not 0: pressed; the real input counts as well.
+    pub emergency_stop: u8,
+    /// Sensor that the echo is for from now on: 0 left, 1 centre, 2 right; 255 none.
+    pub sonar: u8,
+    /// In 1e-06 s; length of its echo; 0 for a time-out, 16.777215 for a sensor that says nothing.
+    pub echo: u32,
+}
+
+impl Message for InjectSensors {
+    const ID: u16 = 0x132;
+    const LENGTH: usize = 7;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1] = self.battery.to_le_bytes();
+        let b2 = self.emergency_stop;
+        let b3 = self.sonar;
+        let [b4, b5, b6, _] = self.echo.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, b6, 0];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 7] = payload.try_into().ok()?;
+        Some(Self {
+            battery: u16::from_le_bytes([p[0], p[1]]),
+            emergency_stop: p[2],
+            sonar: p[3],
+            echo: u32::from_le_bytes([p[4], p[5], p[6], 0]),
         })
     }
 }

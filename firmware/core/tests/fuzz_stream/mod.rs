@@ -14,7 +14,7 @@ const EPISODE: u64 = 500_000;
 /// Most that may wait to be sent: two queues of 32 frames and one that is on its way.
 const MOST_WAITING: usize = 65 * MAX_FRAME;
 /// Identifiers of the companion's messages with their lengths, and two that are nobody's.
-pub const COMMANDS: [(u16, usize); 17] = [
+pub const COMMANDS: [(u16, usize); 20] = [
     (8, 1),
     (16, 1),
     (24, 2),
@@ -29,6 +29,9 @@ pub const COMMANDS: [(u16, usize); 17] = [
     (273, 6),
     (275, 1),
     (288, 4),
+    (304, 3),
+    (305, 8),
+    (306, 7),
     (2032, 4),
     (1, 3),
     (80, 8),
@@ -41,6 +44,8 @@ pub struct Summary {
     pub ticks: u64,
     /// Ticks with the motors on.
     pub powered: u64,
+    /// Ticks in test mode.
+    pub injected: u64,
     /// Accepted into the queue.
     pub segments: u64,
     pub bytes_sent: u64,
@@ -99,6 +104,8 @@ struct Episode {
     /// Index that the firmware expects, as it said last.
     next_index: u16,
     greeted: bool,
+    /// The firmware said last that it is in test mode.
+    injected: bool,
     /// Wild encoders, batteries and gaps in time; otherwise wheels that do as they are told.
     wild: bool,
     encoders: [i32; 2],
@@ -123,6 +130,7 @@ impl Episode {
             token: 0,
             next_index: 0,
             greeted: false,
+            injected: false,
             wild: episode % 4 == 3,
             encoders: [0; 2],
             wire: vec![],
@@ -147,12 +155,13 @@ impl Episode {
             let inputs = self.inputs(&outputs);
             outputs = self.core.tick(&inputs);
             self.core.serve_storage(&mut self.flash);
-            self.check(&inputs, &outputs);
             summary.ticks += 1;
             summary.powered += u64::from(outputs.powered);
             let (index, frames) = (self.next_index, self.decoder.frames);
             summary.bytes_sent += self.drain() as u64;
             summary.segments += u64::from(self.next_index.wrapping_sub(index));
+            summary.injected += u64::from(self.injected);
+            self.check(&inputs, &outputs);
             summary.frames_sent += u64::from(self.decoder.frames.wrapping_sub(frames));
         }
         summary.bytes += bytes;
@@ -164,6 +173,7 @@ impl Episode {
         assert!(outputs.powered || duties == (0, 0), "duty without power");
         assert!(!(outputs.powered && inputs.emergency_stop), "drives on");
         assert!(!outputs.powered || self.greeted, "armed by a stranger");
+        assert!(!outputs.powered || !self.injected, "powered in test mode");
         assert!(outputs.sonar_trigger.is_none_or(|sensor| sensor < 3));
     }
 
@@ -198,6 +208,9 @@ impl Episode {
             frame.identifier > 32,
             "the firmware sends no command: {frame:?}"
         );
+        if let Some(state) = m::State::read(frame.payload()).filter(|_| frame.identifier == 96) {
+            self.injected = state.flags & 1 << 4 != 0;
+        }
         if frame.identifier == m::MotionStatus::ID {
             let status = m::MotionStatus::read(frame.payload()).expect("has its length");
             assert!(status.free_slots <= 64 && status.queued <= 65);
@@ -248,6 +261,7 @@ impl Episode {
         match self.random.below(8) {
             0 => self.noise(),
             1 => self.any_frame(),
+            2 if self.random.below(6) == 0 => self.inject(),
             2 => self.greet(),
             _ => self.motion(),
         }
@@ -270,7 +284,7 @@ impl Episode {
     }
 
     fn any_frame(&mut self) {
-        let (identifier, length) = COMMANDS[self.random.below(17) as usize];
+        let (identifier, length) = COMMANDS[self.random.below(COMMANDS.len() as u64) as usize];
         // Rarely what ends every drive, or none would get far.
         if matches!(identifier, 8 | 16 | 25) && self.random.below(40) != 0 {
             return;
@@ -299,6 +313,24 @@ impl Episode {
         self.put(&m::KeepAlive {
             counter: self.token as u8,
         });
+    }
+
+    /// Test mode begins, goes on or ends.
+    fn inject(&mut self) {
+        let [left, right] = self.encoders;
+        let enable = self.random.below(3).min(1) as u8;
+        self.put(&m::TestMode {
+            enable,
+            key: 0x5445,
+        });
+        self.put(&m::InjectWheels { left, right });
+        let sensors = m::InjectSensors {
+            battery: 7_400,
+            emergency_stop: u8::from(self.random.below(50) == 0),
+            sonar: self.random.below(4) as u8,
+            echo: self.random.next() as u32 >> self.random.below(32),
+        };
+        self.put(&sensors);
     }
 
     /// A run from rest to rest, or a segment that may or may not fit.

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import detect, doctor, plan, register, run, status
+from rover.cli import decode, detect, doctor, plan, register, run, status
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -72,6 +72,7 @@ for _name, _module, _brief in (
     ("run", run, "A mission, start to report."),
     ("plan", plan, "A path through goals on a map."),
     ("register", register, "Where one picture lies in another."),
+    ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),
     ("status", status, "Why a rover stopped, asked over its port."),
     ("doctor", doctor, "What is installed, what is connected."),

@@ -1,0 +1,83 @@
+"""Radiometric files to temperatures: FLIR and Zenmuse JPEG, FLIR's own FFF, and 16-bit pictures in kelvin × 100."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.capture import exif, flir_file, jpeg_segments
+from rover.capture.frame import KELVIN_PER_COUNT
+from rover.capture.picture import read_picture
+from rover.errors import BadInput
+
+PLAUSIBLE_KELVIN = (123.0, 2500.0)
+"""From the coldest sky to the hottest range of any camera of this kind; the median of a picture lies in between."""
+
+OUTDOORS_KELVIN = (203.0, 423.0)
+"""Where a picture must lie whose file does not say what its 16-bit counts mean."""
+
+
+@dataclass(frozen=True, eq=False)
+class Thermogram:
+    """camera: as the file names it. kelvin: (H, W) float32, NaN where the sensor's count means no temperature."""
+
+    camera: str
+    kelvin: NDArray[np.float32]
+
+
+def read_thermogram(path: Path | str) -> Thermogram:
+    """Decodes a radiometric file. Raises BadInput, one line, for a file that is missing, damaged or not radiometric."""
+    file = Path(path)
+    name = str(file)
+    if not file.is_file():
+        raise BadInput(f"{name}: no such file")
+    data = file.read_bytes()
+    if not data:
+        raise BadInput(f"{name}: the file is empty")
+    if data.startswith(flir_file.FILE_SIGNATURE):
+        return _of_flir(flir_file.parse(data, name), "", name)
+    if data.startswith(jpeg_segments.START_OF_IMAGE):
+        parts = list(jpeg_segments.segments(data, name))
+        jpeg_segments.check_end(data, name)
+        record = flir_file.join_segments(parts, name)
+        if record is None:
+            raise BadInput(f"{name}: a JPEG without FLIR's thermal record: not a radiometric file")
+        return _of_flir(flir_file.parse(record, name), exif.camera_name(parts), name)
+    return _of_counts(read_picture(file), name)
+
+
+def write_counts(path: Path, kelvin: NDArray[np.float32]) -> None:
+    """Writes a 16-bit TIFF of kelvin × 100, 0 where there is no temperature. Raises BadInput when it cannot."""
+    counts = np.nan_to_num(np.rint(kelvin / KELVIN_PER_COUNT), nan=0.0)
+    try:
+        done = cv2.imwrite(str(path), np.clip(counts, 0, 65535).astype(np.uint16))
+    except cv2.error:
+        done = False
+    if not done:
+        raise BadInput(f"{path}: cannot be written; the name must end in .tiff or .tif, its folder must exist")
+
+
+def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:
+    kelvin = content.radiometry.kelvin(content.raw)
+    _check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
+    return Thermogram(content.model or camera or "unknown", kelvin)
+
+
+def _of_counts(picture: NDArray[np.uint8] | NDArray[np.uint16], name: str) -> Thermogram:
+    if picture.dtype != np.uint16:
+        raise BadInput(f"{name}: an 8-bit picture: not a radiometric file")
+    kelvin = picture.astype(np.float32) * np.float32(KELVIN_PER_COUNT)
+    _check_median(kelvin, OUTDOORS_KELVIN, f"{name}: 16-bit counts that are not kelvin × 100")
+    return Thermogram("unknown", kelvin)
+
+
+def _check_median(kelvin: NDArray[np.float32], limits: tuple[float, float], complaint: str) -> None:
+    known = kelvin[np.isfinite(kelvin)]
+    median = float(np.median(known)) if known.size > kelvin.size // 2 else float("nan")
+    if not limits[0] <= median <= limits[1]:
+        shown = f"a median of {median:.0f} K" if np.isfinite(median) else "most pixels without a temperature"
+        raise BadInput(f"{complaint}: {shown}")

@@ -1,0 +1,20 @@
+"""Puts this folder on the path and finds the real pictures."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture(scope="session")
+def data_folder() -> Path:
+    """The folder of real data, or a skip that says how to get it."""
+    folder = os.environ.get("ROVER_DATA", "")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("ROVER_DATA is not set to the folder of real pictures")
+    return Path(folder)

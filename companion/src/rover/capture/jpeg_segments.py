@@ -31,8 +31,7 @@ def segments(data: bytes, name: str) -> Iterator[tuple[int, bytes]]:
         if at + 3 > len(data):
             break
         marker = data[at]
-        if marker in (SCAN_MARKER, END_MARKER = b"\xff\xda", b"\xff\xd9"
-START_OF_SCAN, END_OF_IMAGE):
+        if marker in (START_OF_SCAN, END_OF_IMAGE):
             return
         length = int.from_bytes(data[at + 1 : at + 3], "big")
         if length < 2 or at + 1 + length > len(data):

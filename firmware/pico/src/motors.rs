@@ -76,12 +76,7 @@ impl Motors {
                 period,
             },
             right: Motor {
-                _pwm: Pwm::new_output_ab(
-                    pins.right_slice,
-                    pins.right_in1,
-                    pins.right_in2,
-                    config,
-                ),
+                _pwm: Pwm::new_output_ab(pins.right_slice, pins.right_in1, pins.right_in2, config),
                 slice: RIGHT,
                 period,
             },

@@ -4,8 +4,8 @@
 
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
-    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_8, PIN_9,
-    PIO0, PWM_SLICE3, PWM_SLICE4, UART0, WATCHDOG,
+    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_8, PIN_9, PIO0,
+    PWM_SLICE3, PWM_SLICE4, UART0, WATCHDOG,
 };
 use embassy_rp::{Peri, Peripherals};
 

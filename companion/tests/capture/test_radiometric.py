@@ -93,7 +93,7 @@ def test_damage_is_decoded_or_named_and_never_a_traceback(tmp_path, payload):
 def test_a_file_cut_after_its_thermal_record_is_refused_too(tmp_path):
     whole = jpeg_with(flir_file(counts_of(KELVIN), "raw", ">"))
     with pytest.raises(BadInput, match="its end is missing"):
-        decode(tmp_path, whole[:-20])
+        decode(tmp_path, whole[:-3])
 
 
 def test_a_flipped_bit_in_a_compressed_payload_is_noticed(tmp_path):

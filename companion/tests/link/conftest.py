@@ -133,6 +133,8 @@ class ScriptedFirmware:
 class MemoryWorld:
     """Virtual time, a scripted firmware and the wire between them: a transport and a clock in one."""
 
+    port = "the port"
+    byte_time = 10.0 / 230_400.0
     time_step = 0.0
     lead = 0.0
 

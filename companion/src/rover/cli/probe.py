@@ -28,6 +28,7 @@ CAUSES = {
     "Underrun": "the motion queue ran empty while it moved",
     "Disarm": "it was disarmed",
     "Internal": "the firmware met an error of its own",
+    "InjectorSilent": "in test mode, what plays its sensors fell silent",
 }
 
 

@@ -69,7 +69,8 @@ class ClockEstimate:
     def __init__(self, byte_time: float = 10.0 / 230_400.0, time_step: float = 0.0) -> None:
         """`byte_time`: seconds that one byte takes on the wire, 0 where it travels at once (USB, pty without rig).
 
-        `time_step`: see `fit_clock`.
+        `time_step`: see `fit_clock`. A firmware that runs in such steps takes a request at the end of the step in
+        which it arrived, and all that it answers is out at that same moment, as far as the step has room for it.
         """
         self.byte_time = byte_time
         self.time_step = time_step
@@ -94,11 +95,14 @@ class ClockEstimate:
         return 0.0 if self._fit is None else self._fit.drift
 
     def add(
-        self, sent: float, received: float, receive_time_us: int, turnaround_us: int, up_bytes: int, down_bytes: int
+        self, sent: float, received: float, receive_time_us: int, turnaround_us: int, up_bytes: float, down_bytes: float
     ) -> None:
         """One exchange: companion times of the request and the reply, and what the reply says (raw 32-bit µs)."""
         round_trip = received - sent
         wire_up, wire_down = up_bytes * self.byte_time, down_bytes * self.byte_time
+        if self.time_step:
+            wire_up = math.ceil(wire_up / self.time_step) * self.time_step
+            wire_down = math.floor(wire_down / self.time_step) * self.time_step
         excess = max(0.0, round_trip - turnaround_us * 1e-6 - wire_up - wire_down)
         at = sent + wire_up + 0.5 * excess
         near = self.to_firmware(at) if self._fit is not None else receive_time_us

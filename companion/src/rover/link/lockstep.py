@@ -16,14 +16,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rover.capture.source import RigFrames
 from rover.errors import BadInput, LinkLost, PreflightFailed
-from rover.link.transport import LockstepTransport
+from rover.link.frames import FrameTransport, SerialFrames
+from rover.link.port import DEFAULT_BAUD, CanPort, parse_port
+from rover.link.transport import LockstepTransport, Mark
 
 HEADER = struct.Struct("<II")
 START_TIMEOUT = 120.0
@@ -34,7 +36,10 @@ REPLY_TIMEOUT = 60.0
 
 @dataclass(frozen=True)
 class RigOptions:
-    """What to start: paths as given by the user, `seed` fixes everything random in the rig."""
+    """What to start: paths as given by the user, `seed` fixes everything random in the rig.
+
+    `transport`: the wire between companion and firmware, "serial" or "can".
+    """
 
     mission: Path
     rig: str = "sitl"
@@ -43,6 +48,7 @@ class RigOptions:
     data: Path | None = None
     linger: float = 60.0
     free_run: bool = False
+    transport: str = "serial"
 
 
 class RigProcess:
@@ -65,7 +71,8 @@ class RigProcess:
         except BaseException:  # Ctrl-C too: nobody else knows of this process yet
             self.stop()
             raise
-        self.port = str(announcement["port"])
+        device = str(announcement["port"])
+        self.port = CanPort("slcan", device).name if options.transport == "can" else device
         self.control = str(announcement["control"])
 
     @property
@@ -111,14 +118,14 @@ class RigProcess:
 class LockstepRig:
     """Virtual time and everything that comes with it. Is the `Clock` of a lock-stepped mission.
 
-    transport: bytes of the link, with virtual times. frames: pictures of the camera, until taken.
+    transport: the link with virtual times, serial or CAN as the port says. frames: pictures of the camera, until taken.
 
     With a `pipeline` step (seconds) the world runs one step ahead while the companion works on the last one, on the
     other core: what is written now leaves at the end of that step, as if the work had taken that long.
     """
 
-    def __init__(self, port: str, control: str, baud: int = 230_400, pipeline: float = 0.0) -> None:
-        self.transport = LockstepTransport(port, baud, lead=pipeline)
+    def __init__(self, port: str, control: str, baud: int = DEFAULT_BAUD, pipeline: float = 0.0) -> None:
+        self.transport, self._announce = _open(port, baud, pipeline)
         self._pipeline_us = round(pipeline * 1e6)
         self._running_to_us: int | None = None
         self.frames = RigFrames()
@@ -156,7 +163,7 @@ class LockstepRig:
         reply, pixels = self._reply()
         self._running_to_us = None
         self._now_us = int(reply["now_us"])
-        self.transport.announce([(int(at), int(total)) for at, total in reply["marks"]])
+        self._announce([(int(at), int(total)) for at, total in reply["marks"]])
         self.frames.accept(reply["frames"], pixels)
 
     def finish(self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
@@ -206,7 +213,21 @@ def rig_command(options: RigOptions, control: str) -> list[str]:
         command += ["--data", str(options.data)]
     if options.free_run:
         command.append("--free-run")
+    if options.transport != "serial":
+        command += ["--wire", options.transport]
     return command
+
+
+def _open(port: str, baud: int, lead: float) -> tuple[FrameTransport, Callable[[list[Mark]], None]]:
+    """The rig's port, and what takes its marks."""
+    parsed = parse_port(port)
+    if isinstance(parsed, CanPort):
+        from rover.link.can_lockstep import LockstepCanTransport  # python-can takes a quarter of a second to import
+
+        bus = LockstepCanTransport(parsed, lead=lead)
+        return bus, bus.announce
+    line = LockstepTransport(parsed, baud, lead=lead)
+    return SerialFrames(line), line.announce
 
 
 def _connect(control: str) -> socket.socket:

@@ -21,6 +21,7 @@ from rover_protocol import messages
 from rover.errors import LinkLost, PreflightFailed, SafetyStop
 from rover.link.clock import Clock
 from rover.link.clock_estimate import ClockEstimate
+from rover.link.frames import FrameTransport
 from rover.link.handshake import Handshake, Identity
 from rover.link.statistics import LinkFigures, percentile
 from rover.link.stream import SegmentStream
@@ -52,16 +53,20 @@ class Link:
 
     def __init__(
         self,
-        transport: Transport,
+        transport: Transport | FrameTransport,
         clock: Clock,
         session: int = 1,
-        byte_time: float = 10.0 / 230_400.0,
+        byte_time: float | None = None,
         tap: Tap | None = None,
     ) -> None:
-        """`session`: 16-bit number of this session, echoed by the firmware. `byte_time`: see `ClockEstimate`."""
+        """`session`: 16-bit number of this session, echoed by the firmware.
+
+        `byte_time`: see `ClockEstimate`; without it that of the transport.
+        """
         self.clock = clock
         self.wire = Wire(transport, tap)
-        self.clock_estimate = ClockEstimate(byte_time, transport.time_step)
+        wire = self.wire.transport
+        self.clock_estimate = ClockEstimate(wire.byte_time if byte_time is None else byte_time, wire.time_step)
         self.stream = SegmentStream(self._send, self.clock_estimate)
         self.identity: Identity | None = None
         self.state: FirmwareState | None = None
@@ -73,7 +78,7 @@ class Link:
         self._keep_alive_due = 0.0
         self._clock_sequence = 0
         self._clock_due = 0.0
-        self._clock_sent: dict[int, tuple[float, int]] = {}
+        self._clock_sent: dict[int, tuple[float, float]] = {}
         self._backlog: deque[Telemetry] = deque()
         self._silent_since: float | None = None
 
@@ -165,13 +170,13 @@ class Link:
 
     def figures(self) -> LinkFigures:
         """Counts and times since the link came up."""
-        decoder, quality, stream = self.wire.decoder, self.quality, self.stream
+        counters, quality, stream = self.wire.counters, self.quality, self.stream
         return LinkFigures(
-            frames_received=decoder.frames,
+            frames_received=counters.frames,
             frames_sent=self.wire.frames_sent,
-            lost=decoder.lost,
-            checksum_errors=decoder.checksum_errors,
-            malformed=decoder.malformed,
+            lost=counters.lost,
+            checksum_errors=counters.checksum_errors,
+            malformed=counters.malformed,
             unknown=self.wire.unknown,
             bytes_received=self.wire.transport.bytes_read,
             bytes_sent=self.wire.transport.bytes_written,
@@ -304,7 +309,7 @@ class Link:
         """What comes while a request waits is handed out by the next poll."""
         self._backlog.extend(events)
 
-    def _send(self, name: str, **raw: int) -> int:
+    def _send(self, name: str, **raw: int) -> float:
         return self.wire.send(name, self.clock.now(), **raw)
 
     def _arm_refusal(self, refused: bool) -> str:
@@ -322,9 +327,9 @@ class Link:
         return f"the firmware does not arm: {why} (state {state.state}, last stop: {state.cause})"
 
     def _no_answer(self, timeout: float) -> str:
-        port = getattr(self.wire.transport, "port", "the port")
+        port = self.wire.transport.port
         if self.wire.last_heard is None:
             return f"no answer on {port} within {timeout:g} s: is the rover powered and is this its port?"
-        if self.wire.decoder.frames == 0:
+        if self.wire.counters.frames == 0:
             return f"{port} sends bytes that are no frames of the rover's protocol: wrong port or baud rate?"
         return f"the firmware on {port} does not answer the handshake"

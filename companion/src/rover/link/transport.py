@@ -27,8 +27,11 @@ WRITE_TIMEOUT = 2.0
 class Transport(Protocol):
     """What the session needs of a wire. Both methods raise `LinkLost` when the wire is gone."""
 
+    port: str
     bytes_written: int
     bytes_read: int
+    byte_time: float
+    """Seconds that one byte takes on the wire; 0 where it travels at once (USB)."""
     lead: float
     """Seconds from a write until its bytes leave; 0 on a real port."""
     time_step: float
@@ -63,6 +66,7 @@ class SerialTransport:
 
     def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
         self.port = port
+        self.byte_time = 10.0 / baud
         self.bytes_written = 0
         self.bytes_read = 0
         self._clock = clock or WallClock()
@@ -118,6 +122,7 @@ class LockstepTransport:
         """`lead`: seconds after which what is written leaves, see `LockstepRig`."""
         self.port = port
         self.lead = lead
+        self.byte_time = 10.0 / baud
         self.bytes_written = 0
         self.bytes_read = 0
         self._patience = patience

@@ -11,7 +11,10 @@ pub fn flat<'py, T: numpy::Element + Copy>(
 ) -> (Vec<T>, usize, usize) {
     let shape = array.shape();
     (
-        array.as_array().iter().copied().collect(),
+        match array.as_slice() {
+            Ok(values) => values.to_vec(),
+            Err(_) => array.as_array().iter().copied().collect(),
+        },
         shape[1],
         shape[0],
     )

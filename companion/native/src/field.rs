@@ -15,8 +15,16 @@ pub trait Field {
     /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
 
-    /// Spacing of the lattice that fallback searches use.
-    fn lattice_spacing(&self) -> f64;
+    /// Spacings of the lattices that fallback searches use, coarse to fine; at least one.
+    fn lattice_spacings(&self) -> Vec<f64>;
+
+    /// The finest of them: no detail that matters is smaller.
+    fn lattice_spacing(&self) -> f64 {
+        self.lattice_spacings()
+            .last()
+            .copied()
+            .unwrap_or(f64::INFINITY)
+    }
 
     /// True when the centre of a disc of `radius` may be at `p` as far as the walls are concerned.
     fn inside(&self, p: Point, radius: f64) -> bool {

@@ -6,6 +6,8 @@ use crate::transform;
 
 /// Stands for the clearance of a map with nothing in it.
 const FAR: f32 = 1e9;
+/// Cells of the coarsest lattice, about.
+const COARSE_CELLS: f64 = 300_000.0;
 
 pub struct Grid {
     pub columns: usize,
@@ -184,7 +186,16 @@ impl Field for Grid {
         }
     }
 
-    fn lattice_spacing(&self) -> f64 {
-        self.resolution
+    /// A large map is first searched with fewer cells: ways through open ground seldom need them all.
+    fn lattice_spacings(&self) -> Vec<f64> {
+        let cells = (self.columns * self.rows) as f64;
+        let mut coarse = (cells / COARSE_CELLS).sqrt().floor();
+        let mut spacings = Vec::new();
+        while coarse >= 2.0 {
+            spacings.push(coarse * self.resolution);
+            coarse = (coarse / 3.0).floor();
+        }
+        spacings.push(self.resolution);
+        spacings
     }
 }

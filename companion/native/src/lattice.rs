@@ -2,7 +2,7 @@
 //! way through ground where random samples seldom fall.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::field::Field;
 use crate::geometry::{distance, Point};
@@ -40,6 +40,12 @@ impl Ord for Entry {
     }
 }
 
+/// What a search remembers of a cell: not met, met from the start itself, or through which neighbour's step.
+const UNSEEN: u8 = 0;
+const ENTRY: u8 = 1;
+const FIRST_DIRECTION: u8 = 2;
+const CLOSED: u8 = 0x80;
+
 pub const NEIGHBOURS: [(i64, i64); 8] = [
     (1, 0),
     (0, 1),
@@ -52,9 +58,8 @@ pub const NEIGHBOURS: [(i64, i64); 8] = [
 ];
 
 impl Lattice {
-    pub fn new<F: Field>(field: &F) -> Self {
+    pub fn new<F: Field>(field: &F, spacing: f64) -> Self {
         let (low, high) = field.bounds();
-        let spacing = field.lattice_spacing();
         Self {
             columns: ((high.x - low.x) / spacing).round().max(1.0) as usize,
             rows: ((high.y - low.y) / spacing).round().max(1.0) as usize,
@@ -131,81 +136,98 @@ impl Lattice {
             .collect()
     }
 
-    /// A* over the cells' centres with exact edges. `late` is asked now and then whether to give up.
-    pub fn path<F: Field>(
+    /// Shortest ways over the cells' centres with exact edges: A* to one goal, Dijkstra's search to several at once.
+    /// `late` is asked now and then whether to give up.
+    pub fn paths<F: Field>(
         &self,
         field: &F,
         start: Point,
-        goal: Point,
+        goals: &[Point],
         radius: f64,
         late: impl Fn() -> bool,
-    ) -> Option<Vec<Point>> {
-        let mut cost = vec![f64::INFINITY; self.size()];
-        let mut from = vec![usize::MAX; self.size()];
-        let mut closed = vec![false; self.size()];
+    ) -> Vec<Option<Vec<Point>>> {
+        let ahead = |p: Point| match goals {
+            [goal] => distance(p, *goal),
+            _ => 0.0,
+        };
+        // Zeroed pages cost nothing until they are touched: of a large map mostly few are.
+        let mut cost = vec![0.0f64; self.size()];
+        let mut state = vec![UNSEEN; self.size()];
         let mut heap = BinaryHeap::new();
         for (index, length) in self.links(field, start, radius) {
             cost[index] = length;
+            state[index] = ENTRY;
             heap.push(Entry {
-                key: length + distance(self.point(index), goal),
+                key: length + ahead(self.point(index)),
                 index,
             });
         }
-        let mut last_links = vec![f64::INFINITY; self.size()];
-        let ends = self.links(field, goal, radius);
-        for &(index, length) in &ends {
-            last_links[index] = length;
+        let mut ends: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+        for (goal, &p) in goals.iter().enumerate() {
+            for (index, length) in self.links(field, p, radius) {
+                ends.entry(index).or_default().push((goal, length));
+            }
         }
-        let mut best: (f64, usize) = (f64::INFINITY, usize::MAX);
+        let mut best = vec![(f64::INFINITY, usize::MAX); goals.len()];
         let mut expanded = 0usize;
         while let Some(Entry { key, index }) = heap.pop() {
-            if key >= best.0 {
+            if best.iter().all(|&(length, _)| key >= length) {
                 break;
             }
-            if closed[index] {
+            if state[index] & CLOSED != 0 {
                 continue;
             }
-            closed[index] = true;
+            state[index] |= CLOSED;
             expanded += 1;
             if expanded.is_multiple_of(1024) && late() {
-                return None;
+                return vec![None; goals.len()];
             }
-            let through = cost[index] + last_links[index];
-            if through < best.0 {
-                best = (through, index);
+            for &(goal, length) in ends.get(&index).map_or(&[][..], |list| list) {
+                if cost[index] + length < best[goal].0 {
+                    best[goal] = (cost[index] + length, index);
+                }
             }
             let here = self.point(index);
-            for by in NEIGHBOURS {
+            for (direction, &by) in NEIGHBOURS.iter().enumerate() {
                 let Some(next) = self.step(index, by) else {
                     continue;
                 };
+                if state[next] & CLOSED != 0 {
+                    continue;
+                }
                 let there = self.point(next);
                 let new = cost[index] + distance(here, there);
-                if !closed[next]
-                    && new < cost[next] - 1e-12
+                if (state[next] == UNSEEN || new < cost[next] - 1e-12)
                     && field.segment_clear(here, there, radius)
                 {
                     cost[next] = new;
-                    from[next] = index;
+                    state[next] = FIRST_DIRECTION + direction as u8;
                     heap.push(Entry {
-                        key: new + distance(there, goal),
+                        key: new + ahead(there),
                         index: next,
                     });
                 }
             }
         }
-        if best.1 == usize::MAX {
-            return None;
-        }
-        let mut path = vec![goal];
-        let mut at = best.1;
-        while at != usize::MAX {
+        best.iter()
+            .zip(goals)
+            .map(|(&(_, end), &goal)| {
+                (end != usize::MAX).then(|| self.trace(&state, start, end, goal))
+            })
+            .collect()
+    }
+
+    fn trace(&self, state: &[u8], start: Point, end: usize, goal: Point) -> Vec<Point> {
+        let mut path = vec![goal, self.point(end)];
+        let mut at = end;
+        while state[at] & !CLOSED != ENTRY {
+            let (across, up) = NEIGHBOURS[((state[at] & !CLOSED) - FIRST_DIRECTION) as usize];
+            at = (at as i64 - across - up * self.columns as i64) as usize;
             path.push(self.point(at));
-            at = from[at];
         }
         path.push(start);
         path.reverse();
-        Some(path)
+        path
     }
 
     /// Cells around `p` that a straight edge reaches, with its length.
@@ -224,4 +246,41 @@ impl Lattice {
         }
         links
     }
+}
+
+/// What the lattices know about the way to each goal: `Err(true)` stands for none found though it may exist, and
+/// `Err(false)` for proof that there is none. Coarse lattices first; only the finest one's flood proves anything.
+pub fn ways<F: Field>(
+    field: &F,
+    start: Point,
+    goals: &[Point],
+    radius: f64,
+) -> Vec<Result<Vec<Point>, bool>> {
+    let mut found: Vec<Result<Vec<Point>, bool>> = vec![Err(true); goals.len()];
+    let spacings = field.lattice_spacings();
+    for (level, &spacing) in spacings.iter().enumerate() {
+        let lattice = Lattice::new(field, spacing);
+        let mut open: Vec<usize> = (0..goals.len()).filter(|&g| found[g].is_err()).collect();
+        if level + 1 == spacings.len() && !open.is_empty() {
+            let asked: Vec<Point> = open.iter().map(|&g| goals[g]).collect();
+            let possible = lattice.possible(field, start, &asked, radius);
+            for (&goal, possible) in open.iter().zip(possible) {
+                found[goal] = Err(possible);
+            }
+            open.retain(|&goal| found[goal] == Err(true));
+        }
+        if open.is_empty() {
+            continue;
+        }
+        let asked: Vec<Point> = open.iter().map(|&g| goals[g]).collect();
+        for (goal, way) in open
+            .into_iter()
+            .zip(lattice.paths(field, start, &asked, radius, || false))
+        {
+            if let Some(way) = way {
+                found[goal] = Ok(way);
+            }
+        }
+    }
+    found
 }

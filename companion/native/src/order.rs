@@ -1,6 +1,6 @@
 //! In which order to visit the goals: exact (Held and Karp 1962) for few, nearest neighbour with 2-opt for many.
 
-const EXACT: usize = 10;
+const EXACT: usize = 12;
 
 /// `legs[i][j]`: length between stops, stop 0 is the start; infinite where there is no way. Returns the goals
 /// (1-based stops) in order of visit. The tour is open: it ends wherever the last goal is.

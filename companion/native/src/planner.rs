@@ -6,7 +6,7 @@ use crate::budget::Budget;
 use crate::escape;
 use crate::field::Field;
 use crate::geometry::{distance, Point};
-use crate::lattice::Lattice;
+use crate::lattice;
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -52,8 +52,8 @@ pub struct Outcome {
     pub start_blocked: bool,
 }
 
-/// Iterations after which the search for a first solution is given up.
-const PATIENCE: u64 = 200_000;
+/// Iterations for each goal after which the search for a first solution is given up.
+const PATIENCE: u64 = 50_000;
 /// As many when the lattice has found no way either: what is left are passages finer than its spacing.
 const DOUBT: u64 = 10_000;
 /// Tree extensions before the lattice is asked which goals are possible at all.
@@ -80,7 +80,8 @@ pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
     let started = Instant::now();
     let unlimited = request.iterations.is_none() && request.budget_ms.is_none();
     // The first solution is not starved by a small budget, which is about how long to go on improving.
-    let mut budget = Budget::new(PATIENCE);
+    let goals = request.goals.len().max(1) as u64;
+    let mut budget = Budget::new(PATIENCE * goals);
     let mut random = Random::new(request.seed);
     let growth = request.growth(field);
     let shortening = Shortening {
@@ -198,13 +199,16 @@ fn one_tree<F: Field>(
             .filter(|&goal| wanted[goal] && ways[goal].is_none())
             .collect()
     };
-    if !missing(&ways, &wanted).is_empty() {
-        let lattice = Lattice::new(field);
-        let possible = lattice.possible(field, start, goals, growth.radius);
-        for goal in missing(&ways, &wanted) {
-            wanted[goal] = possible[goal];
-            if possible[goal] {
-                ways[goal] = lattice.path(field, start, goals[goal], growth.radius, || false);
+    let open = missing(&ways, &wanted);
+    if !open.is_empty() {
+        let asked: Vec<Point> = open.iter().map(|&goal| goals[goal]).collect();
+        for (goal, known) in
+            open.into_iter()
+                .zip(lattice::ways(field, start, &asked, growth.radius))
+        {
+            match known {
+                Ok(way) => ways[goal] = Some(way),
+                Err(possible) => wanted[goal] = possible,
             }
         }
         let still: Vec<bool> = (0..goals.len())
@@ -273,7 +277,7 @@ fn staged<F: Field>(
     stops
 }
 
-/// One tree, one goal. Gives up early when a flood proves that there is no way.
+/// One tree, one goal. Gives up early when a flood proves that there is no way; falls back on the lattice's way.
 fn single<F: Field>(
     field: &F,
     request: &Request,
@@ -283,19 +287,14 @@ fn single<F: Field>(
     random: &mut Random,
     budget: &mut Budget,
 ) -> (Option<Vec<Point>>, usize) {
-    let mut nodes = 0;
     let goals = [goal];
-    for attempt in 0..2 {
-        let whole = if attempt == 0 {
-            budget.capped(FIRST_TRY)
-        } else {
-            let lattice = Lattice::new(field);
-            if !lattice.possible(field, start, &goals, growth.radius)[0] {
-                break;
-            }
-            let way = lattice.path(field, start, goal, growth.radius, || false);
-            budget.capped(if way.is_some() { PATIENCE } else { DOUBT })
-        };
+    let mut nodes = 0;
+    let mut known = None;
+    for patience in [FIRST_TRY, PATIENCE] {
+        let whole = budget.capped(match known {
+            Some(Err(_)) => DOUBT,
+            _ => patience,
+        });
         let (path, made) = if request.algorithm == Algorithm::RrtStar {
             star::plan(field, start, goal, growth, 0, random, budget)
         } else {
@@ -309,6 +308,13 @@ fn single<F: Field>(
         if path.is_some() {
             return (path, nodes);
         }
+        if known.is_none() {
+            known = lattice::ways(field, start, &goals, growth.radius).pop();
+            if known == Some(Err(false)) {
+                break;
+            }
+        }
     }
-    (None, nodes)
+    // The tree ran out of patience where the lattice knows a way: the lattice's way is better than none.
+    (known.and_then(Result::ok), nodes)
 }

@@ -62,11 +62,7 @@ impl NativeField {
             "obstacles must be finite, with a radius of at least 0",
         )?;
         Ok(Self {
-            map: Map::Circles(Circles {
-                width,
-                height,
-                obstacles: circles,
-            }),
+            map: Map::Circles(Circles::new(width, height, circles)),
         })
     }
 

@@ -140,7 +140,7 @@ impl<F: Field> Search<'_, F> {
 
     /// Restarts and shortcuts, leg by leg, until the budget is spent or every leg is a straight line.
     pub fn improve(&mut self, tour: &mut Tour) {
-        let lattice = Lattice::new(self.field);
+        let lattice = Lattice::new(self.field, self.field.lattice_spacing());
         let mut round = 0usize;
         let mut best: Vec<f64> = tour.legs.iter().map(|leg| self.cost(&leg.path)).collect();
         while !self.budget.exhausted()
@@ -156,9 +156,12 @@ impl<F: Field> Search<'_, F> {
                     Some(leg.path.clone())
                 } else if round == 1 && lattice.size() <= LATTICE_CELLS {
                     let budget = &*self.budget;
-                    lattice.path(self.field, from, to, self.shortening.radius, || {
-                        budget.late()
-                    })
+                    lattice
+                        .paths(self.field, from, &[to], self.shortening.radius, || {
+                            budget.late()
+                        })
+                        .pop()
+                        .flatten()
                 } else if round % 4 == 3 {
                     let mut path = leg.path.clone();
                     shorten::random_shortcuts(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rover.errors import RoverError
 
-from rover_hil.serve import RIGS, Options, serve
+from rover_hil.serve import RIGS, WIRES, Options, serve
 
 
 def _arguments(argv: list[str] | None) -> argparse.Namespace:
@@ -23,6 +23,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     command = commands.add_parser("serve", help="offer a rig to a companion: a serial port and a control socket")
     command.add_argument("--mission", required=True, type=Path, help="mission file, or the name of a shipped one")
     command.add_argument("--rig", default="sitl", help=f"one of {', '.join(RIGS)}")
+    command.add_argument("--wire", default="serial", help=f"one of {', '.join(WIRES)}; CAN is slcan on the port")
     command.add_argument("--seed", type=int, default=0, help="fixes field, noise, slip and everything else random")
     command.add_argument("--control", required=True, type=Path, help="unix socket to listen on")
     command.add_argument("--out", type=Path, help="folder for truth.json and truth.tum")

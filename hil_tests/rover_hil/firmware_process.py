@@ -24,17 +24,23 @@ def find_binary() -> Path:
     return binary
 
 
+def _command(binary: Path, descriptor: int, baud: int, wire: str) -> list[str]:
+    command = [str(binary), "--serial-fd", str(descriptor), "--baud", str(baud)]
+    return command if wire == "serial" else [*command, "--wire", wire]
+
+
 class FirmwareProcess:
     """A running rover-sitl. Ticks go over its stdin and stdout, serial bytes over one end of a socket pair.
 
     The rig stands between that wire and the pty, so that bytes can be counted, held back or spoiled on the way.
     """
 
-    def __init__(self, binary: Path, baud: int) -> None:
+    def __init__(self, binary: Path, baud: int, wire: str = "serial") -> None:
+        """`wire`: "serial", or "can": the bytes are then slcan's text, a line for each frame."""
         self._wire, far_end = socket.socketpair()
         with far_end:
             self._process = subprocess.Popen(
-                [str(binary), "--serial-fd", str(far_end.fileno()), "--baud", str(baud)],
+                _command(binary, far_end.fileno(), baud, wire),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 pass_fds=(far_end.fileno(),),

@@ -6,11 +6,12 @@ import json
 import os
 import signal
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 from rover.errors import BadInput
+from rover.link.port import SLCAN_BAUD
 from rover.mission.config import Mission, load
 from rover.record.tum import write_tum
 from rover.vision.camera_file import load_camera
@@ -24,6 +25,7 @@ from rover_hil.server import Server
 from rover_hil.sitl import SitlRig
 
 RIGS = ("sitl",)
+WIRES = ("serial", "can")
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class Options:
     data: Path | None = None
     linger: float = 60.0
     free_run: bool = False
+    wire: str = "serial"
 
 
 def check_rig(name: str) -> None:
@@ -47,9 +50,13 @@ def check_rig(name: str) -> None:
     find_binary()
 
 
-def build_rig(mission: Mission, ground: Ground, name: str, seed: int) -> Rig:
+def build_rig(mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial") -> Rig:
     """The rig of that name in that field. Raises BadInput, PreflightFailed."""
     check_rig(name)
+    if wire not in WIRES:
+        raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")
+    if wire == "can":
+        mission = replace(mission, rover=replace(mission.rover, baud=SLCAN_BAUD))
     model = load_camera(mission.rover.camera)
     camera = {
         "name": model.name,
@@ -58,7 +65,7 @@ def build_rig(mission: Mission, ground: Ground, name: str, seed: int) -> Rig:
         "period_us": CAMERA_PERIOD_US,
         "latency_us": CAMERA_LATENCY_US,
     }
-    return SitlRig(build_plant(mission, ground, model, seed), camera, mission.rover.baud)
+    return SitlRig(build_plant(mission, ground, model, seed), camera, mission.rover.baud, wire)
 
 
 def verdict_of(
@@ -90,7 +97,7 @@ def serve(options: Options) -> None:
     mission = load(options.mission)
     check_rig(options.rig)  # before the field, which takes a while
     ground = build(mission, options.seed, options.data)
-    rig = build_rig(mission, ground, options.rig, options.seed)
+    rig = build_rig(mission, ground, options.rig, options.seed, options.wire)
 
     def finish(zones: list[dict[str, Any]], detections: list[dict[str, Any]]) -> dict[str, Any]:
         verdict = verdict_of(rig, mission, ground, zones, detections)

@@ -24,10 +24,10 @@ class SitlRig:
 
     name = "sitl"
 
-    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int) -> None:
+    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str = "serial") -> None:
         self._plant = plant
         self._camera = camera
-        self._process = FirmwareProcess(find_binary(), baud)
+        self._process = FirmwareProcess(find_binary(), baud, wire)
         plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno())
         self._pty = PseudoTerminal()
         self.port = self._pty.name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
+import logging
 import shutil
 import subprocess
 import sys
@@ -23,6 +24,7 @@ HELP = """Check what is installed and what is connected; exit code 3 when someth
 Examples:
   rover doctor
   rover doctor --port /dev/ttyACM0          also shakes hands with the firmware
+  rover doctor --port can:socketcan:can0    the same over a CAN bus
   rover doctor --json | jq '.checks[] | select(.ok | not)'
 """
 OLDEST_PYTHON = (3, 10)
@@ -38,6 +40,9 @@ PACKAGES = (
 """Modules that missions import, each with the distribution it comes in."""
 
 NATIVE = ("rover_native", "rover_plant")
+CAN_INTERFACES = ("socketcan", "gs_usb", "pcan", "kvaser")
+"""Those of python-can's interfaces that can tell what is plugged in. An slcan adapter shows as a serial port."""
+
 FIRMWARE_TARGET = "thumbv6m-none-eabi"
 
 
@@ -51,8 +56,8 @@ class Check:
 
 
 def command(
-    port: Annotated[str | None, typer.Option(metavar="P", help="Also ask the firmware on this serial port.")] = None,
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of that port.")] = 230_400,
+    port: Annotated[str | None, typer.Option(metavar="P", help="Also ask the firmware on this port, see rover status.")] = None,
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
@@ -74,6 +79,7 @@ def examine(port: str | None = None, baud: int = 230_400) -> list[Check]:
     checks += [
         Check("firmware toolchain", True, _optional(_toolchain)),
         Check("serial ports", True, _optional(_ports)),
+        Check("CAN interfaces", True, _optional(_can_interfaces)),
     ]
     if port is not None:
         checks.append(_guarded("firmware", lambda: _firmware(port, baud)))
@@ -157,6 +163,14 @@ def _ports() -> str:
     # Linux lists a /dev/ttyS* for every UART that could be there; those without hardware have no description.
     found = [port for port in list_ports.comports() if port.hwid != "n/a"]
     return ", ".join(f"{port.device} ({port.description})" for port in sorted(found)) or "none seen"
+
+
+def _can_interfaces() -> str:
+    import can
+
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # a driver that is not installed is no news here
+    found = can.detect_available_configs(CAN_INTERFACES)
+    return ", ".join(sorted(f"can:{each['interface']}:{each['channel']}" for each in found)) or "none seen"
 
 
 def _firmware(port: str, baud: int) -> str:

@@ -1,4 +1,4 @@
-"""Asks the firmware on a serial port who and how it is, without moving anything."""
+"""Asks the firmware on a port, serial or CAN, who and how it is, without moving anything."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from rover.link.clock import WallClock
 from rover.link.handshake import Identity
+from rover.link.port import DEFAULT_BAUD, open_frames
 from rover.link.session import STEP, Link
 from rover.link.statistics import LinkFigures
 from rover.link.telemetry import Battery, FirmwareState
-from rover.link.transport import SerialTransport
 
-DEFAULT_BAUD = 230_400
 LISTEN = 0.7
 """Seconds to listen after the handshake: the battery is told twice a second."""
 
@@ -59,7 +58,7 @@ def in_words(state: FirmwareState) -> str:
 def ask(port: str, baud: int = DEFAULT_BAUD) -> Answer:
     """Handshake, then a short listen. Raises PreflightFailed (no port, no answer), LinkLost (it went away)."""
     clock = WallClock()
-    link = Link(SerialTransport(port, baud, clock), clock, byte_time=10.0 / baud)
+    link = Link(open_frames(port, baud, clock), clock)
     try:
         identity = link.connect()
         battery: Battery | None = None

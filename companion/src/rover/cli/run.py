@@ -27,6 +27,7 @@ an emergency stop. The exit code tells how it ended: 0 done, 3 pre-flight failed
 Examples:
   rover run demo
   rover run demo --seed 3 --out runs/third
+  rover run demo --transport can
   rover run field.toml --data ~/pictures --quiet
   rover run demo --json | jq '.detections[] | [.class, .x, .y]'
 """
@@ -40,12 +41,22 @@ class RigName(str, Enum):
     DEVICE = "device"
 
 
+class TransportName(str, Enum):
+    """What lies between companion and firmware."""
+
+    SERIAL = "serial"
+    CAN = "can"
+
+
 def command(
     mission: Annotated[str, typer.Argument(metavar="MISSION", help="Mission file, or the name of a shipped one.")],
     rig: Annotated[
         RigName, typer.Option(help="sitl: simulated field; emulator: emulated board; device: a real board.")
     ] = RigName.SITL,
-    port: Annotated[str | None, typer.Option(metavar="P", help="Serial port of a real board.")] = None,
+    transport: Annotated[
+        TransportName, typer.Option(help="The wire between companion and firmware of a simulated rig.")
+    ] = TransportName.SERIAL,
+    port: Annotated[str | None, typer.Option(metavar="P", help="Port of a real board, see rover status.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Fixes the simulated field and everything else random.")] = 1,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of the run.  [default: runs/<mission>-<seed>]")
@@ -72,6 +83,7 @@ def command(
         result = run_mission(
             loaded,
             rig=rig.value,
+            transport=transport.value,
             port=port,
             seed=seed,
             out=folder,

@@ -11,21 +11,22 @@ from rover.cli.output import write_json, write_text
 if TYPE_CHECKING:
     from rover.cli.probe import Answer
 
-HELP = """Ask the firmware on a serial port for its state and the reason of its last stop.
+HELP = """Ask the firmware on a port for its state and the reason of its last stop.
 
 Nothing moves. Exit code 3 when nothing answers, 7 when the link breaks while asking.
 
 \b
 Examples:
   rover status --port /dev/ttyACM0
+  rover status --port can:socketcan:can0          a CAN bus, as python-can names it: can:INTERFACE:CHANNEL
   rover status --port "$(jq -r .port runs/demo-1/rig.json)"      a simulated rig that lost its companion
   rover status --port /dev/ttyACM0 --json | jq -r .cause
 """
 
 
 def command(
-    port: Annotated[str, typer.Option("--port", metavar="P", help="Serial port.")],
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second.")] = 230_400,
+    port: Annotated[str, typer.Option("--port", metavar="P", help="Serial port, or can:INTERFACE:CHANNEL.")],
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""

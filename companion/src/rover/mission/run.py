@@ -72,6 +72,7 @@ def run_mission(
     mission: Mission,
     *,
     rig: str = "sitl",
+    transport: str = "serial",
     port: str | None = None,
     seed: int = 1,
     out: Path,
@@ -94,7 +95,7 @@ def run_mission(
     camera = load_camera(mission.rover.camera)
     survey = Survey(mission, Vehicle(), Perception(mission, Vehicle(), camera, classifier), seed)
     begin = time.monotonic()
-    process = RigProcess(RigOptions(mission.path, rig, seed, out, data), out / "rig.log")
+    process = RigProcess(RigOptions(mission.path, rig, seed, out, data, transport=transport), out / "rig.log")
     try:
         (out / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
@@ -102,7 +103,7 @@ def run_mission(
         lockstep = LockstepRig(process.port, process.control, mission.rover.baud, pipeline=CYCLE)
         identities = _identities(mission, rig, seed, classifier)
         with Recording(out / "mission.mcap", {"mission": mission.name, "seed": str(seed), "rig": rig}) as recording:
-            run = _Run(survey, lockstep, recording, on_status, control or Control(), seed, mission.rover.baud)
+            run = _Run(survey, lockstep, recording, on_status, control or Control(), seed)
             run.drive()
             identities = _with_firmware(identities, run.link.identity)
             referee = run.judge()
@@ -129,13 +130,12 @@ class _Run:
         on_status: Callable[[Status], None] | None,
         control: Control,
         seed: int,
-        baud: int,
     ) -> None:
         self.survey = survey
         self.rig = rig
         self.track = Track()
         self.recording = recording
-        self.link = Link(rig.transport, rig, session=seed & 0xFFFF, byte_time=10.0 / baud, tap=recording.link)
+        self.link = Link(rig.transport, rig, session=seed & 0xFFFF, tap=recording.link)
         self._on_status = on_status
         self._control = control
         self._status_due = 0.0

@@ -6,7 +6,7 @@ bring about, if they cover a part of both pictures, and if it is one that a came
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -16,6 +16,7 @@ from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
 from rover.vision.matching import MatchSettings, match_features
 from rover.vision.preprocess import Preprocessor, PreprocessSettings
+from rover.vision.refine import RefineSettings, refine_homography
 
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
@@ -27,6 +28,7 @@ class RegistrationSettings:
 
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
+    min_kept: share of the inliers that must still agree after the refinement; with fewer it is not used.
     """
 
     preprocess: PreprocessSettings = field(
@@ -44,6 +46,8 @@ class RegistrationSettings:
     min_inliers: int = 14
     min_ratio: float = 0.12
     min_spread: float = 0.01
+    refine: RefineSettings = field(default_factory=RefineSettings)
+    min_kept: float = 0.6
     seed: int = 1
 
 
@@ -85,11 +89,35 @@ def find_features(picture: Picture, settings: RegistrationSettings) -> Features:
     return FeatureDetector(settings.features).detect(prepared)
 
 
+def refined(
+    found: Registration, picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RegistrationSettings
+) -> Registration:
+    """`found` with its homography made exact on the prepared pictures, where most of its inliers still agree then."""
+    if found.homography is None:
+        return found
+    homography = refine_homography(picture_a, picture_b, found.homography, settings.refine)
+    apart = np.linalg.norm(apply_homography(homography, found.points_a) - found.points_b, axis=1)
+    agree = apart <= settings.inlier_px
+    if agree.sum() < settings.min_kept * found.inliers:
+        return found
+    points_a, points_b = found.points_a[agree], found.points_b[agree]
+    return replace(
+        found,
+        inliers=len(points_a),
+        homography=homography,
+        rmse_before=rmse(points_a, points_b),
+        rmse_after=rmse(apply_homography(homography, points_a), points_b),
+        points_a=points_a,
+        points_b=points_b,
+    )
+
+
 def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
     """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size."""
     settings = settings or RegistrationSettings()
-    a, b = find_features(image_a, settings), find_features(image_b, settings)
-    return register_features(a, b, image_a.shape, image_b.shape, settings)
+    picture_a, picture_b = (Preprocessor(settings.preprocess)(image) for image in (image_a, image_b))
+    a, b = (FeatureDetector(settings.features).detect(picture) for picture in (picture_a, picture_b))
+    return refined(register_features(a, b, image_a.shape, image_b.shape, settings), picture_a, picture_b, settings)
 
 
 def register_features(

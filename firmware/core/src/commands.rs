@@ -12,6 +12,7 @@ use crate::axis::Limits;
 use crate::clock;
 use crate::controller::Core;
 use crate::io::Reboot;
+use crate::link::Wire;
 use crate::motion::{MotionLimits, Refusal};
 use crate::parameters::{Parameter, ParameterError, Parameters};
 use crate::segment_inbox::Receipt;
@@ -53,15 +54,15 @@ impl StorageOrder {
 
 impl Core {
     /// Dispatch one message that came in at `now_us`. Unknown ones and wrong lengths move a counter.
-    pub(crate) fn command(&mut self, identifier: u16, payload: &[u8], now_us: u64) {
+    pub(crate) fn command(&mut self, identifier: u16, payload: &[u8], now_us: u64, wire: Wire) {
         let now_us = now_us.max(self.now_us);
         self.link.set_time(now_us);
-        if self.dispatch(identifier, payload, now_us).is_none() {
+        if self.dispatch(identifier, payload, now_us, wire).is_none() {
             self.link.count_foreign();
         }
     }
 
-    fn dispatch(&mut self, identifier: u16, payload: &[u8], now_us: u64) -> Option<()> {
+    fn dispatch(&mut self, identifier: u16, payload: &[u8], now_us: u64, wire: Wire) -> Option<()> {
         match identifier {
             m::EmergencyStop::ID => {
                 let reason = m::EmergencyStop::read(payload)?.reason;
@@ -101,7 +102,7 @@ impl Core {
                 let start = m::SegmentStart::read(payload)?;
                 self.segment_start(&start, now_us);
             }
-            m::Hello::ID => self.hello(&m::Hello::read(payload)?),
+            m::Hello::ID => self.hello(&m::Hello::read(payload)?, wire),
             m::ParameterGet::ID => {
                 let identifier = m::ParameterGet::read(payload)?.identifier;
                 let result = self.parameters.get(identifier);
@@ -154,13 +155,14 @@ impl Core {
         }
     }
 
-    fn hello(&mut self, hello: &m::Hello) {
+    fn hello(&mut self, hello: &m::Hello, wire: Wire) {
         let accepted = hello.schema_hash == m::SCHEMA_HASH;
         self.faults
             .set(fault_code::SCHEMA_MISMATCH, !accepted, hello.schema_hash);
         // A stranger who says hello while the rover drives does not take the session away.
         if accepted || !self.supervisor.is_powered() {
             self.handshake = accepted;
+            self.link.select(wire);
         }
         let [version_major, version_minor, version_patch] = VERSION;
         self.link.send_urgent(&m::HelloReply {

@@ -1,6 +1,5 @@
 //! The core itself: one object that owns every part, and the order of things within a tick.
 
-use rover_protocol::framing::Frame;
 use rover_protocol::messages::{fault_code, State as StateMessage};
 
 use crate::battery::Battery;
@@ -10,7 +9,7 @@ use crate::faults::Faults;
 use crate::guard;
 use crate::indicator::indicate;
 use crate::io::{reset_cause, Identity, Inputs, Outputs, Reboot};
-use crate::link::{Link, OutgoingFrame};
+use crate::link::{Link, OutgoingFrame, Wire};
 use crate::log::Log;
 use crate::motion::{Motion, Progress};
 use crate::odometry::{Odometry, WheelGeometry};
@@ -117,7 +116,7 @@ impl Core {
     pub fn receive(&mut self, bytes: &[u8], now_us: u64) {
         for byte in bytes {
             if let Some(frame) = self.link.push(*byte) {
-                self.receive_message(&frame, now_us);
+                self.command(frame.identifier, frame.payload(), now_us, Wire::Serial);
             }
         }
     }
@@ -125,22 +124,19 @@ impl Core {
     /// A frame of the CAN bus that came in at `now_us`.
     pub fn receive_frame(&mut self, identifier: u16, payload: &[u8], now_us: u64) {
         self.link.count_bus_frame();
-        self.command(identifier, payload, now_us);
-    }
-
-    fn receive_message(&mut self, frame: &Frame, now_us: u64) {
-        self.command(frame.identifier, frame.payload(), now_us);
+        self.command(identifier, payload, now_us, Wire::Can);
     }
 
     /// Fill `out` with bytes for the serial line; returns how many. Ask only for what the wire takes now: what
-    /// waits here can still be overtaken by something urgent.
+    /// waits here can still be overtaken by something urgent. Nothing while the companion is on the CAN bus.
     pub fn transmit(&mut self, out: &mut [u8]) -> usize {
         self.link.transmit(out)
     }
 
-    /// The next frame for the CAN bus. Use this or [`Core::transmit`], not both: a frame goes out once.
+    /// The next frame for the CAN bus; take one only when the controller has room for it. None unless the last valid
+    /// Hello came over the bus: a frame goes out once, here or by [`Core::transmit`]. A board with both wires asks both.
     pub fn transmit_frame(&mut self) -> Option<OutgoingFrame> {
-        self.link.next_frame()
+        self.link.next_frame(Wire::Can)
     }
 
     /// The board's receive buffer ran over and lost bytes.

@@ -37,9 +37,19 @@ impl OutgoingFrame {
     }
 }
 
+/// What the companion is connected to. Commands are taken from both wires, answers and telemetry go to one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wire {
+    #[default]
+    Serial,
+    Can,
+}
+
 #[derive(Debug, Default)]
 pub struct Link {
     decoder: Decoder,
+    /// Where frames go: the wire that the companion said hello on.
+    active: Wire,
     /// Frames that came by the bus instead of the serial line.
     bus_frames: u16,
     /// Good frames that were no message for us.
@@ -118,8 +128,16 @@ impl Link {
         core::mem::take(&mut self.dropped)
     }
 
-    /// The next frame for a bus.
-    pub fn next_frame(&mut self) -> Option<OutgoingFrame> {
+    /// From now on frames go to this wire.
+    pub fn select(&mut self, wire: Wire) {
+        self.active = wire;
+    }
+
+    /// The next frame for a wire, None while it is not the active one.
+    pub fn next_frame(&mut self, wire: Wire) -> Option<OutgoingFrame> {
+        if wire != self.active {
+            return None;
+        }
         let frame = self
             .urgent
             .pop_front()
@@ -146,7 +164,7 @@ impl Link {
 
     fn next_byte(&mut self) -> Option<u8> {
         if self.staged.sent >= self.staged.length {
-            let frame = self.next_frame()?;
+            let frame = self.next_frame(Wire::Serial)?;
             self.staged.length = framing::encode(
                 frame.identifier,
                 self.sequence,

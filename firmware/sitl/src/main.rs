@@ -1,9 +1,15 @@
 //! `rover-sitl`: the very core that runs on the board, as a process whose time is what its caller says.
 
+mod can_adapter;
+mod can_bus;
+mod can_frame;
+mod line;
 mod options;
 mod parameter_file;
 mod serial;
+mod slcan;
 mod tick_pipe;
+mod wire;
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -12,8 +18,8 @@ use std::process::ExitCode;
 use options::{Options, USAGE};
 use parameter_file::ParameterFile;
 use rover_core::{board, reset_cause, Core, Identity};
-use serial::Serial;
 use tick_pipe::{encode_reply, Request, REQUEST};
+use wire::Wire;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).peekable();
@@ -44,26 +50,33 @@ fn run(options: &Options) -> io::Result<()> {
         None => None,
     };
     let mut core = start(options, reset_cause::POWER_ON, &mut storage);
-    let mut serial = Serial::open(options.serial, options.baud);
+    let mut wire = Wire::open(options);
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
     let mut bytes = [0; REQUEST];
+    let mut last_us = 0;
     loop {
         match requests.read_exact(&mut bytes) {
             Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                if options.statistics {
+                    eprintln!("rover-sitl: {}", wire.statistics(last_us));
+                }
+                return Ok(());
+            }
             Err(error) => return Err(error),
         }
         let request = Request::decode(&bytes);
         let now_us = request.inputs.now_us;
-        if !serial.receive(&mut core, request.host_bytes_due, now_us, &io::stdin()) {
+        last_us = now_us;
+        if !wire.receive(&mut core, request.host_bytes_due, now_us, &io::stdin()) {
             return Ok(());
         }
         let outputs = core.tick(&request.inputs);
         if let Some(storage) = &mut storage {
             core.serve_storage(storage);
         }
-        serial.transmit(&mut core, now_us);
-        let reply = encode_reply(&outputs, serial.bytes_sent());
+        wire.transmit(&mut core, now_us);
+        let reply = encode_reply(&outputs, wire.bytes_sent());
         match replies.write_all(&reply).and_then(|()| replies.flush()) {
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
             result => result?,

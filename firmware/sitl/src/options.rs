@@ -4,20 +4,33 @@ use std::os::fd::RawFd;
 use std::path::PathBuf;
 
 pub const USAGE: &str = "\
-usage: rover-sitl --serial-fd N [--baud 230400] [--git-hash HEX] [--parameters FILE]
+usage: rover-sitl --serial-fd N [--wire serial|can] [--baud 230400] [--git-hash HEX] [--parameters FILE] [--statistics]
 
 Runs the rover's firmware in virtual time: one 40-byte request on stdin is one millisecond, answered by one
-16-byte reply on stdout. N is an open descriptor of the serial line (a pty's master or a socket).
+16-byte reply on stdout. N is an open descriptor of the companion's line (a pty's master or a socket).
+With --wire can it is the line of a serial CAN adapter (slcan, ASCII) on a bus of 500 kbit/s: O opens the channel,
+S6 is the only bit rate, and --baud counts only for the host's bytes that a request announces.
 With --parameters, saved parameters are kept in FILE, which is made if it does not exist.
-Ends when stdin ends.";
+Ends when stdin ends; with --statistics it then says on stderr what went over the wire.";
+
+/// What the companion is connected by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WireKind {
+    #[default]
+    Serial,
+    Can,
+}
 
 /// What the process was asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Options {
+    pub wire: WireKind,
     pub serial: RawFd,
     /// Bits per second; ten of them carry a byte.
     pub baud: u32,
     pub git_hash: u32,
+    /// Say at the end what went over the wire.
+    pub statistics: bool,
     /// Where saved parameters are kept; without, a save fails.
     pub parameters: Option<PathBuf>,
 }
@@ -31,10 +44,16 @@ impl Options {
     ) -> Result<Self, String> {
         let mut arguments = arguments;
         let mut serial = None;
+        let mut statistics = false;
+        let mut wire = WireKind::default();
         let mut parameters = None;
         let mut baud = 230_400;
         let mut git_hash = built_hash.map_or(0, |hash| parse_hash(hash).unwrap_or(0));
         while let Some(name) = arguments.next() {
+            if name == "--statistics" {
+                statistics = true;
+                continue;
+            }
             let value = arguments
                 .next()
                 .ok_or_else(|| format!("{name} needs a value"))?;
@@ -44,6 +63,13 @@ impl Options {
             };
             match name.as_str() {
                 "--serial-fd" => serial = Some(number(0)? as RawFd),
+                "--wire" => {
+                    wire = match value.as_str() {
+                        "serial" => WireKind::Serial,
+                        "can" => WireKind::Can,
+                        _ => return Err(format!("--wire: {value} is not serial or can")),
+                    }
+                }
                 "--baud" => baud = number(1200)?,
                 "--parameters" => parameters = Some(PathBuf::from(&value)),
                 "--git-hash" => git_hash = parse_hash(&value)?,
@@ -53,6 +79,8 @@ impl Options {
         match serial {
             Some(serial @ 0..=1) => Err(format!("--serial-fd: {serial} carries the ticks")),
             Some(serial) if serial >= 2 => Ok(Self {
+                statistics,
+                wire,
                 serial,
                 baud,
                 git_hash,
@@ -83,6 +111,8 @@ mod tests {
         assert_eq!(
             parse("--serial-fd 5"),
             Ok(Options {
+                statistics: false,
+                wire: WireKind::Serial,
                 serial: 5,
                 baud: 230_400,
                 git_hash: 0,
@@ -91,6 +121,11 @@ mod tests {
         );
         assert!(parse("").is_err());
         assert!(parse("--serial-fd 1").is_err());
+        assert!(parse("--serial-fd 5 --wire radio").is_err());
+        assert_eq!(
+            parse("--wire can --serial-fd 5").unwrap().wire,
+            WireKind::Can
+        );
     }
 
     #[test]

@@ -48,7 +48,7 @@ setup-dev: setup $(VENV)/.dev
 test: setup-dev firmware test-rust test-python
 
 test-rust: setup
-	$(CARGO) test --release --quiet -p rover-protocol -p rover-core -p rover-mcp2515 -p rover-sitl -p rover-native -p rover-plant
+	$(CARGO) test --release --quiet -p rover-protocol -p rover-core -p rover-long-arithmetic -p rover-mcp2515 -p rover-sitl -p rover-native -p rover-plant
 	firmware/no_panic.sh
 
 test-python: setup-dev

@@ -7,6 +7,7 @@
 #![no_std]
 #![no_main]
 
+mod arithmetic;
 mod battery;
 mod control;
 mod emergency;

@@ -35,6 +35,14 @@ def run(segments: list[Segment]) -> list[Segment]:
     return [*segments[:-1], replace(segments[-1], rest=True)]
 
 
+def whole_microseconds(profile: Profile) -> list[tuple[int, int]]:
+    """One axis alone: (duration in µs, jerk in millionths of the SI unit), each long enough for a segment."""
+    pieces = _snapped(profile.pieces)
+    if all(end - begin >= DURATION_MIN_US for begin, end, _ in pieces):
+        return [(end - begin, round(jerk * 1e6)) for begin, end, jerk in pieces]
+    return [(segment.duration_us, segment.jerk_travel) for segment in merge(profile, None)]
+
+
 def _snapped(pieces: tuple[tuple[float, float], ...]) -> Pieces:
     """The profile on whole microseconds.
 

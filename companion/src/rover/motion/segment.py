@@ -33,6 +33,12 @@ class Segment:
     rest: bool = False
 
     def __post_init__(self) -> None:
+        if (
+            DURATION_MIN_US <= self.duration_us <= DURATION_MAX_US
+            and -JERK_MAX - 1 <= self.jerk_travel <= JERK_MAX
+            and -JERK_MAX - 1 <= self.jerk_heading <= JERK_MAX
+        ):
+            return
         if not DURATION_MIN_US <= self.duration_us <= DURATION_MAX_US:
             raise BadInput(f"a segment lasts {DURATION_MIN_US} to {DURATION_MAX_US} µs, not {self.duration_us}")
         for name, jerk in (("travel", self.jerk_travel), ("heading", self.jerk_heading)):

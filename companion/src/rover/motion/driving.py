@@ -1,0 +1,102 @@
+"""What bounds the speed along a path: limits of both axes, lateral acceleration, curvature, clearance, sight."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.motion import corner
+from rover.vehicle import Limits, Vehicle
+
+Array = NDArray[np.float64]
+
+# Quantisation of durations and jerks must not carry a limit over its bound.
+RESERVE = 0.998
+
+
+def change_distance(slow: float, fast: float, limits: Limits) -> float:
+    """Metres that a change between two speeds takes, from no acceleration to none."""
+    change = fast - slow
+    a, j = limits.acceleration, limits.jerk
+    time = change / a + a / j if change >= a * a / j else 2.0 * math.sqrt(change / j)
+    return 0.5 * (slow + fast) * time
+
+
+@dataclass(frozen=True)
+class DrivingLimits:
+    """Metres, seconds, radians.
+
+    `lateral`: most speed × turn rate. `sight_range`, `sight_angle`: how far the sonar sees, and how far to each side;
+    `latency`: from what it sees to the beginning of a stop. `clearance_time`: the play beside the rover and `give`
+    must last for so long at its speed, if it ran straight at what is there; 0 when clearance does not matter.
+    """
+
+    travel: Limits
+    heading: Limits
+    lateral: float = 0.25
+    lowest_speed: float = 0.05
+    sight_range: float = 2.0
+    sight_angle: float = math.radians(45.0)
+    latency: float = 0.13
+    clearance_time: float = 0.1
+    give: float = 0.01
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, cruise_speed: float | None = None, lateral: float = 0.25) -> DrivingLimits:
+        """The vehicle's own, at most at `cruise_speed`; its sonars give the angle of sight."""
+        speed = vehicle.travel.speed if cruise_speed is None else min(cruise_speed, vehicle.travel.speed)
+        angle = max((abs(mount.yaw) + mount.half_angle for mount in vehicle.sonars), default=math.pi)
+        return cls(replace(vehicle.travel, speed=speed), vehicle.heading, lateral, sight_angle=angle)
+
+    def reserved(self) -> DrivingLimits:
+        """A little tighter, so that whole microseconds and quantised jerks stay within these."""
+        travel, heading = (
+            Limits(RESERVE * axis.speed, RESERVE * axis.acceleration, RESERVE * axis.jerk)
+            for axis in (self.travel, self.heading)
+        )
+        return replace(self, travel=travel, heading=heading)
+
+    def stopping_speed(self, distance: Array) -> Array:
+        """The speed from which the rover comes to rest within `distance`: v²/2a + v(a/2j + latency)."""
+        a, j = self.travel.acceleration, self.travel.jerk
+        lag = a / (2.0 * j) + self.latency
+        result: Array = a * (np.sqrt(lag * lag + 2.0 * distance / a) - lag)
+        return result
+
+    def corner_speed(self, angle: Array, length: Array) -> Array:
+        """Fastest constant speed through corners of `angle` radians over `length` metres of curve."""
+        angle = np.maximum(np.abs(angle), 1e-12)
+        curvature = corner.PEAK_CURVATURE * angle / length
+        seen = np.minimum(self.sight_range, 2.0 * self.sight_angle / curvature)
+        heading = self.heading
+        fastest = [
+            heading.speed / curvature,
+            np.sqrt(self.lateral / curvature),
+            length * np.sqrt(heading.acceleration / (corner.PEAK_SLOPE * angle)),
+            length * np.cbrt(heading.jerk / (corner.PEAK_THIRD * angle)),
+            self.stopping_speed(seen),
+        ]
+        return np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
+
+    def corner_length(self, angle: Array) -> Array:
+        """The shortest curve that takes corners of `angle` radians at full speed, by all but sight."""
+        angle = np.abs(angle)
+        v, heading = self.travel.speed, self.heading
+        peak = corner.PEAK_CURVATURE * angle
+        needed = [
+            peak * v / heading.speed,
+            peak * v * v / self.lateral,
+            v * np.sqrt(corner.PEAK_SLOPE * angle / heading.acceleration),
+            v * np.cbrt(corner.PEAK_THIRD * angle / heading.jerk),
+        ]
+        result: Array = np.max(needed, axis=0)
+        return result
+
+    def clearance_speed(self, play: Array) -> Array:
+        """Most speed where a disc of the rover's size has `play` to each side."""
+        if self.clearance_time <= 0.0:
+            return np.full(np.shape(play), self.travel.speed)
+        return np.clip((play + self.give) / self.clearance_time, self.lowest_speed, self.travel.speed)

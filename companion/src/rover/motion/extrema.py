@@ -1,0 +1,159 @@
+"""What quantised segments really do: extrema of both axes, and where the rover goes, against the limits and the path.
+
+Integrated from the integers that are sent, all at once; nothing of the plan is taken on trust.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rover.motion.blend import Piece
+from rover.motion.clearance import Ground
+from rover.motion.driving import DrivingLimits
+from rover.motion.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+# Parts that a segment which turns is cut into; four-point Gauss quadrature in each leaves less than 1 nm.
+PARTS = 4
+_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True)
+class Extrema:
+    """Largest magnitudes (SI) over all segments; `lateral` is speed × turn rate."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+    turn_rate: float
+    turn_acceleration: float
+    turn_jerk: float
+    lateral: float
+
+    def broken(self, limits: DrivingLimits) -> str:
+        """Which limit is exceeded, in words; empty when none is."""
+        for name, value, bound in (
+            ("speed", self.speed, limits.travel.speed),
+            ("acceleration", self.acceleration, limits.travel.acceleration),
+            ("jerk", self.jerk, limits.travel.jerk),
+            ("turn rate", self.turn_rate, limits.heading.speed),
+            ("turn acceleration", self.turn_acceleration, limits.heading.acceleration),
+            ("turn jerk", self.turn_jerk, limits.heading.jerk),
+            ("lateral acceleration", self.lateral, limits.lateral),
+        ):
+            if not value <= bound:
+                return f"{name} of {value:.6g} exceeds {bound:g}"
+        return ""
+
+
+class Driven:
+    """The motion of a trajectory. `points` (M, 2): where it passes; chords between them bulge by at most `bulge`.
+
+    `poses` (N + 1, 3): x, y, heading at the beginning of each of the N segments and at the end of the last.
+    """
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        numbers = np.array(
+            [(s.duration_us, s.jerk_travel, s.jerk_heading, s.rest) for s in trajectory.segments], dtype=np.float64
+        ).reshape(-1, 4)
+        t, jerk, turn_jerk = (numbers[:, :3] * 1e-6).T
+        rest = numbers[:, 3] > 0.0
+        v0, a0, way = _axis(t, jerk, rest)
+        w0, b0, turned = _axis(t, turn_jerk, rest)
+        self.extrema = _extrema(t, (v0, a0, jerk), (w0, b0, turn_jerk))
+        heading = trajectory.heading + np.concatenate([[0.0], np.cumsum(turned)])
+        bends = (turned != 0.0) & (way != 0.0)
+        step_x, step_y = way * np.cos(heading[:-1]), way * np.sin(heading[:-1])
+        parts = _parts(
+            t[bends], (v0[bends], a0[bends], jerk[bends]), (heading[:-1][bends], w0[bends], b0[bends], turn_jerk[bends])
+        )
+        step_x[bends], step_y[bends] = parts.sum(axis=1).T
+        x = trajectory.x + np.concatenate([[0.0], np.cumsum(step_x)])
+        y = trajectory.y + np.concatenate([[0.0], np.cumsum(step_y)])
+        self.poses: Array = np.column_stack([x, y, heading])
+        self.bulge = float(np.max(np.abs(way[bends] * turned[bends]), initial=0.0)) / (8.0 * PARTS)
+        inner = self.poses[:-1][bends, None, :2] + np.cumsum(parts[:, :-1], axis=1)
+        order = np.concatenate([np.arange(len(x)), np.repeat(np.flatnonzero(bends) + 0.5, PARTS - 1)])
+        self.points: Array = np.concatenate([self.poses[:, :2], inner.reshape(-1, 2)])[np.argsort(order, kind="stable")]
+
+    def off_pieces(self, pieces: Sequence[Piece], starts: Sequence[int]) -> float:
+        """Largest distance from where each piece should begin, metres. `starts`: of the trajectory."""
+        if not starts:
+            return 0.0
+        wanted = np.array([(piece.x, piece.y) for piece in pieces[: len(starts)]])
+        return float(np.hypot(*(self.poses[list(starts), :2] - wanted).T).max())
+
+    def off_polyline(self, path: ArrayLike) -> float:
+        """Largest distance from a polyline (K, 2) that is followed in order, metres."""
+        line = np.asarray(path, dtype=np.float64).reshape(-1, 2)
+        return float(distance_to_polyline(self.points, line).max(initial=0.0)) + (self.bulge if len(line) > 1 else 0.0)
+
+    def swept_clear(self, ground: Ground) -> bool:
+        """True when the footprint touches nothing along the whole way."""
+        a, b = self.points[:-1], self.points[1:]
+        moves = np.hypot(*(b - a).T) > 1e-9
+        return bool(ground.swept(a[moves], b[moves], np.full(int(moves.sum()), self.bulge)).all())
+
+
+def _axis(t: Array, jerk: Array, rest: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Speed and acceleration at the beginning of each segment and the way it makes; zero after each that rests."""
+    after = np.flatnonzero(rest)
+    last = np.zeros(len(t), dtype=np.int64)
+    last[after[after + 1 < len(t)] + 1] = after[after + 1 < len(t)] + 1
+    last = np.maximum.accumulate(last) if len(t) else last
+    sums = np.concatenate([[0.0], np.cumsum(jerk * t)])
+    a0: Array = sums[:-1] - sums[last]
+    sums = np.concatenate([[0.0], np.cumsum(t * (a0 + 0.5 * t * jerk))])
+    v0: Array = sums[:-1] - sums[last]
+    return v0, a0, t * (v0 + t * (a0 / 2.0 + t * jerk / 6.0))
+
+
+def _most_speed(t: Array, v0: Array, a0: Array, jerk: Array) -> Array:
+    """Largest magnitude of the speed in each segment: at its ends, or where the acceleration passes zero."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turning = np.clip(np.nan_to_num(-a0 / jerk, nan=0.0, posinf=0.0, neginf=0.0), 0.0, t)
+    values = [np.abs(v0 + at * (a0 + 0.5 * at * jerk)) for at in (np.zeros_like(t), turning, t)]
+    result: Array = np.max(values, axis=0) if len(t) else np.zeros(0)
+    return result
+
+
+def _extrema(t: Array, travel: tuple[Array, Array, Array], heading: tuple[Array, Array, Array]) -> Extrema:
+    most = []
+    for v0, a0, jerk in (travel, heading):
+        speed = _most_speed(t, v0, a0, jerk)
+        acceleration = np.maximum(np.abs(a0), np.abs(a0 + t * jerk))
+        most.append((speed, acceleration, np.abs(jerk)))
+    values = [float(np.max(each, initial=0.0)) for axis in most for each in axis]
+    # Both at their largest in the same segment: never less than the product at any time.
+    return Extrema(*values, lateral=float(np.max(most[0][0] * most[1][0], initial=0.0)))
+
+
+def _parts(t: Array, travel: tuple[Array, Array, Array], heading: tuple[Array, Array, Array, Array]) -> Array:
+    """(N, PARTS, 2): displacement in each part of segments that turn while driving."""
+    v0, a0, jerk = (each[:, None, None] for each in travel)
+    h0, w0, b0, turn_jerk = (each[:, None, None] for each in heading)
+    at = (np.arange(PARTS)[:, None] + (_GAUSS + 1.0) / 2.0) / PARTS * t[:, None, None]
+    direction = h0 + at * (w0 + at * (b0 / 2.0 + at * turn_jerk / 6.0))
+    speed = (v0 + at * (a0 + at * jerk / 2.0)) * (t[:, None, None] / (2.0 * PARTS))
+    return np.stack([(speed * np.cos(direction)) @ _WEIGHTS, (speed * np.sin(direction)) @ _WEIGHTS], axis=-1)
+
+
+def distance_to_polyline(points: Array, line: Array) -> Array:
+    """(M,) distance of each of (M, 2) points to the nearest point of a polyline (K, 2), metres."""
+    if len(line) < 2:
+        target = line[0] if len(line) else np.zeros(2)
+        return np.hypot(*(points - target).T)
+    best = np.full(len(points), math.inf)
+    for a, b in itertools.pairwise(line):
+        along = b - a
+        squared = max(float(along @ along), 1e-18)
+        share = np.clip((points - a) @ along / squared, 0.0, 1.0)
+        best = np.minimum(best, np.hypot(*(points - a - share[:, None] * along).T))
+    return best

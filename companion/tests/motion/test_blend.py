@@ -1,0 +1,161 @@
+"""Corners: rounded where there is room, turned on the spot where there is none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rover.errors import BadInput
+from rover.motion import corner
+from rover.motion.blend import BlendSettings, blend_path
+from rover.motion.clearance import Ground
+from rover.motion.driving import DrivingLimits
+from rover.planning.fields import CircleField, GridField
+from rover.vehicle import Vehicle
+
+LIMITS = DrivingLimits.of(Vehicle())
+RIGHT_ANGLE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
+
+
+def curves(stretches):
+    return [piece for stretch in stretches for piece in stretch.pieces if piece.angle]
+
+
+@pytest.mark.parametrize("degrees", [1, 20, 60, 90, 119])
+def test_a_curve_leaves_one_leg_and_joins_the_other_with_the_cut_that_is_said(degrees):
+    angle = np.array([math.radians(degrees)])
+    tangent, cut = (each[0] for each in corner.tangent_and_cut(angle))
+    zero, one = np.zeros(1), np.ones(1)
+    points = corner.points(zero, zero, zero, angle, one, 64)[0]
+    joined = tangent + tangent * np.array([math.cos(angle[0]), math.sin(angle[0])]) * [1, 1]
+    assert points[-1] == pytest.approx([joined[0], tangent * math.sin(angle[0])], abs=1e-6)
+    assert math.dist(points[32], (tangent, 0.0)) == pytest.approx(cut, abs=1e-6)
+
+
+def test_the_shape_has_the_peaks_that_the_limits_are_computed_from():
+    u = np.linspace(0.0, 1.0, 2001)
+    values = np.array([corner.derivatives(float(each)) for each in u])
+    assert values[:, 1].max() == pytest.approx(corner.PEAK_CURVATURE)
+    assert np.abs(values[:, 2]).max() == pytest.approx(corner.PEAK_SLOPE, rel=2e-3)
+    assert values[:, 0] == pytest.approx(corner.turned(u), abs=1e-12)
+    assert np.gradient(values[:, 0], u)[1:-1] == pytest.approx(values[1:-1, 1], abs=1e-3)
+
+
+@given(st.integers(0, 10_000), st.floats(0.005, 0.2))
+@settings(max_examples=60, deadline=None)
+def test_pieces_join_without_a_gap_or_a_kink_and_no_corner_is_cut_by_more_than_allowed(seed, cut):
+    rng = np.random.default_rng(seed)
+    headings = np.cumsum(rng.normal(0.0, 1.0, 8))
+    steps = rng.uniform(0.05, 1.0, 8)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
+    path = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    stretches = blend_path(path, LIMITS, BlendSettings(most_cut=cut))
+    for stretch in stretches:
+        x, y, heading = stretch.pieces[0].x, stretch.pieces[0].y, stretch.pieces[0].heading
+        for piece in stretch.pieces:
+            assert math.dist((piece.x, piece.y), (x, y)) < 1e-6
+            assert math.remainder(piece.heading - heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
+            assert piece.length > 0.0
+            each = [np.array([value]) for value in (piece.x, piece.y, piece.heading, piece.angle, piece.length)]
+            points = corner.points(*each, 16)[0]
+            (x, y), heading = points[-1], piece.heading + piece.angle
+            if piece.angle:
+                near = min(math.dist(point, vertex) for vertex in path for point in points)
+                assert near <= cut + 2e-3  # the sample nearest to the corner
+        assert stretch.pieces[0].angle == stretch.pieces[-1].angle == 0.0
+
+
+def test_a_corner_without_room_is_turned_on_the_spot():
+    assert curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.05)))
+    assert not curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.001)))
+    assert len(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.0))) == 2
+
+
+def test_a_sharp_corner_is_turned_on_the_spot_however_much_room_there_is():
+    back = [(0.0, 0.0), (2.0, 0.0), (0.5, 0.3)]
+    assert len(blend_path(back, LIMITS, BlendSettings(most_cut=0.5))) == 2
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_a_curve_stays_where_the_map_is_free(exact):
+    """A post on the inside of the corner: the nearer it stands the less is cut."""
+    cuts = []
+    for gap in (0.35, 0.2, 0.13, 0.104):
+        inside = 0.15 + 0.1 + gap
+        place = (1.5 - inside * math.sqrt(0.5), 1.0 + inside * math.sqrt(0.5))
+        field = CircleField(3.0, 3.0, [(*place, 0.1)])
+        ground = Ground.of(field, 0.15)
+        if not exact:
+            ground = Ground(ground.play)
+        path = [(0.5, 1.0), (1.5, 1.0), (1.5, 2.0)]
+        found = curves(blend_path(path, LIMITS, BlendSettings(most_cut=0.4), ground))
+        cuts.append(found[0].length * corner.tangent_and_cut(np.array([math.pi / 2]))[1][0] if found else 0.0)
+        for piece in found:
+            each = [np.array([value]) for value in (piece.x, piece.y, piece.heading, piece.angle, piece.length)]
+            assert field.clearance(corner.points(*each, 200)[0]).min() >= 0.15
+    assert cuts[0] >= cuts[1] >= cuts[2] >= cuts[3] > 0.0
+    assert cuts[3] < 0.8 * cuts[0]
+
+
+def test_a_corner_that_wraps_around_a_post_is_cut_by_the_room_there_is_and_no_more():
+    post = (1.0, 1.0, 0.2)
+    turn = math.radians(50.0)
+    apex = 0.35 / math.cos(turn / 2) + 1e-6
+    reach = apex * math.sin(turn / 2) + 0.8
+    path = [
+        (1.0 - reach * math.cos(turn / 2), 1.0 + apex - reach * math.sin(turn / 2)),
+        (1.0, 1.0 + apex),
+        (1.0 + reach * math.cos(turn / 2), 1.0 + apex - reach * math.sin(turn / 2)),
+    ]
+    stretches = blend_path(path, LIMITS, BlendSettings(most_cut=0.3), Ground.of(CircleField(3.0, 3.0, [post]), 0.15))
+    free = blend_path(path, LIMITS, BlendSettings(most_cut=0.3), Ground.of(CircleField(3.0, 3.0, []), 0.15))
+    assert len(free) == 1
+    room = apex - 0.35
+    assert all(
+        piece.length * corner.tangent_and_cut(np.array([piece.angle]))[1][0] <= room for piece in curves(stretches)
+    )
+
+
+def test_a_sweep_is_called_clear_only_where_it_is():
+    """Against the planner's exact check, by the lower bound alone and with it; the map's cells are squares."""
+    rng = np.random.default_rng(3)
+    field = GridField(rng.random((60, 60)) < 0.02, 0.05)
+    a, b = rng.uniform(0.2, 2.8, (400, 2)), rng.uniform(-0.2, 0.2, (400, 2))
+    b += a
+    exact = np.array([field.segment_clear(tuple(p), tuple(q), 0.151) for p, q in zip(a, b, strict=True)])
+    ground, slack = Ground.of(field, 0.15), np.full(400, 0.001)
+    careful = Ground(ground.play).swept(a, b, slack)
+    assert not (careful & ~exact).any()
+    assert careful.sum() > 20
+    assert (ground.swept(a, b, slack) & ~exact).sum() == 0
+    assert 0 < exact.sum() < 400
+
+
+def test_speed_falls_with_curvature_clearance_and_sight():
+    slow, fast = (float(v) for v in LIMITS.corner_speed(np.full(2, math.pi / 2), np.array([0.2, 0.5])))
+    assert 0.0 < slow < fast < LIMITS.travel.speed
+    assert slow**2 * corner.PEAK_CURVATURE * (math.pi / 2) / 0.2 <= LIMITS.lateral
+    field = CircleField(4.0, 2.0, [(2.0, 1.26, 0.1)])
+    pieces = blend_path([(0.5, 1.0), (3.5, 1.0)], LIMITS, ground=Ground.of(field, 0.15))[0].pieces
+    speeds = {round(piece.speed, 3) for piece in pieces}
+    assert min(speeds) < 0.22
+    assert max(speeds) == LIMITS.travel.speed
+    near = float(LIMITS.stopping_speed(np.array([0.05]))[0])
+    a, j = LIMITS.travel.acceleration, LIMITS.travel.jerk
+    assert near**2 / (2 * a) + near * (a / (2 * j) + LIMITS.latency) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("path", [[], [(0.0, 0.0)], [(1.0, 1.0), (1.0, 1.0)]])
+def test_a_path_that_leads_nowhere_has_no_pieces(path):
+    assert blend_path(path, LIMITS) == []
+
+
+@pytest.mark.parametrize(
+    "path", [[(0.0, 0.0), (math.nan, 1.0)], [(0.0, 0.0, 0.0)], [1.0, 2.0], "abc", [[1.0], [2.0, 3.0]]]
+)
+def test_what_is_no_path_is_bad_input_in_one_line(path):
+    with pytest.raises(BadInput) as caught:
+        blend_path(path, LIMITS)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,1 @@
+"""Fault scenarios: a language in TOML, what they put in, how they are run, judged and reported."""

@@ -1,0 +1,69 @@
+"""The keys of `[[expect]]`, `[[never]]` and `[end]` that say what must hold, each as a condition."""
+
+from __future__ import annotations
+
+from rover.errors import BadInput
+
+from rover_hil.scenario.condition import parse_condition
+from rover_hil.scenario.language import Check
+from rover_hil.scenario.observation import WORDS, known_counter
+from rover_hil.scenario.table import Table
+
+STILL = "speed < 0.004 and turn_rate < 0.04"
+"""Slower than one count of an encoder in 30 ms."""
+
+ABOVE_AND_BELOW = {
+    "speed_below": "speed < {}",
+    "speed_above": "speed > {}",
+    "collisions": "collisions == {}",
+    "clearance_above_m": "clearance_m > {}",
+    "moved_more_than_m": "travelled_m > {}",
+    "turned_more_than_deg": "turned_deg > {}",
+    "cause_detail": "cause_detail == {}",
+    "rejected_at_least": "rejected >= {}",
+}
+
+
+def read_checks(table: Table, moved: bool) -> tuple[Check, ...]:
+    """All checks of a table. `moved`: distances since the reference event have a meaning there. Raises BadInput."""
+    checks: list[Check] = []
+    for key, words in WORDS.items():
+        value = table.word(key, words, None)
+        if value is not None:
+            checks.append(_check(f"{key} == {value}"))
+    for key, template in ABOVE_AND_BELOW.items():
+        number = table.number(key, 0.0, 1e6, None)
+        if number is not None:
+            checks.append(_check(template.format(f"{number:g}")))
+    checks += _faults(table)
+    if table.has("stopped"):
+        still = _check(STILL if table.flag("stopped") else f"not ({STILL})")
+        checks.append(Check("stopped" if table.flag("stopped") else "moving", still.condition))
+    if table.has("powered"):
+        checks.append(_check("powered" if table.flag("powered") else "not powered"))
+    text = table.text("condition", None)
+    if text is not None:
+        try:
+            checks.append(_check(text))
+        except BadInput as error:
+            raise table.error("condition", f"- {error}") from error
+    if moved:
+        most = table.number("moved_less_than_m", 0.0001, 1e3, None)
+        if most is not None:
+            checks.append(Check(f"moved less than {most:g} m", lambda seen: True, most))
+    return tuple(checks)
+
+
+def _faults(table: Table) -> list[Check]:
+    checks = []
+    for key, template in (("fault", "fault.{}"), ("no_fault", "not fault.{}"), ("counted", "count.{} > 0")):
+        name = table.text(key, None)
+        if name is not None:
+            if not known_counter(name):
+                raise table.error(key, f"is {name!r}: the protocol has no fault of that name")
+            checks.append(_check(template.format(name)))
+    return checks
+
+
+def _check(text: str) -> Check:
+    return Check(text, parse_condition(text))

@@ -1,0 +1,272 @@
+"""From a scenario's TOML to its parts. Whatever is wrong is one line with file, key and what is to be done."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from rover.errors import BadInput
+from rover_protocol import messages
+
+from rover_hil.scenario import catalogue
+from rover_hil.scenario.catalogue import FAULTS, Number, Raw, Word, Words
+from rover_hil.scenario.checks import read_checks
+from rover_hil.scenario.condition import parse_condition
+from rover_hil.scenario.language import (
+    START,
+    Drive,
+    Expectation,
+    Field,
+    Injection,
+    Move,
+    ParameterValue,
+    Prohibition,
+    Scenario,
+)
+from rover_hil.scenario.table import Table
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+LONGEST = 600.0
+PLANT_SECTIONS = ("drive", "battery", "sonar", "camera")
+
+
+def load_scenario(path: Path) -> Scenario:
+    """Reads and checks one file. Raises BadInput."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(f"{path}: is not TOML: {error}") from error
+    return _scenario(Table(path, "", document))
+
+
+def _scenario(top: Table) -> Scenario:
+    rigs = top.texts("rigs", catalogue.RIGS)
+    transport = top.word("transport", catalogue.TRANSPORTS, "serial")
+    drive, mission = _drive(top.table("drive"))
+    injections = [_injection(table, number, mission) for number, table in enumerate(top.tables("inject"), 1)]
+    for table, injection in zip(top.tables("inject"), injections, strict=True):
+        _check_possible(table, injection, rigs, transport)
+    events = _names(top, injections)
+    expectations = [_expectation(table, number, events) for number, table in enumerate(top.tables("expect"), 1)]
+    if not expectations:
+        raise top.error("expect", "is missing: a scenario says what must be observed, and within which time")
+    end = top.table("end")
+    if not end.has("state"):
+        raise end.error("state", "is missing: a scenario says in which state it ends")
+    scenario = Scenario(
+        path=top.path,
+        name=top.text("name"),
+        description=top.text("description"),
+        rigs=rigs,
+        seed=top.whole("seed", 0, 2**32 - 1, 1),
+        transport=transport,
+        max_duration=top.number("max_duration_s", 0.5, LONGEST, 20.0),
+        settle=top.number("settle_s", 0.0, LONGEST, 0.3),
+        field=_field(top.table("field")),
+        drive=drive,
+        parameters=_parameters(top.table("parameters")),
+        injections=tuple(injections),
+        expectations=tuple(expectations),
+        prohibitions=tuple(_prohibition(table, n, events) for n, table in enumerate(top.tables("never"), 1)),
+        end=read_checks(end, moved=True),
+        mission=mission,
+        plant=_plant(top.table("plant")),
+    )
+    end.done()
+    top.done()
+    return scenario
+
+
+def _drive(table: Table) -> tuple[Drive, str | None]:
+    mission = table.text("mission", None)
+    if mission is not None:
+        table.done()
+        return Drive(), mission
+    moves: list[Move] = []
+    for number, step in enumerate(table.raw("steps", []), 1):
+        moves += _moves(Table(table.path, f"drive.steps[{number}]", step))
+    drive = Drive(
+        tuple(moves) * table.whole("repeat", 1, 1000, 1),
+        table.number("speed", 0.02, 0.45, 0.25),
+        table.flag("arm", True),
+        table.flag("disarm", False),
+    )
+    table.done()
+    if drive.moves and not drive.arm:
+        raise table.error("arm", "is false, and nothing drives unarmed: leave out the steps")
+    return drive, None
+
+
+def _moves(step: Table) -> list[Move]:
+    bounds = {"forward_m": 20.0, "turn_deg": 3600.0, "pause_s": 60.0}
+    moves = [Move(key, step.number(key, -most, most)) for key, most in bounds.items() if step.has(key)]
+    if len(moves) != 1 or len(step.names()) != 1:
+        forms = "{ forward_m = … }, { turn_deg = … }, { pause_s = … }"
+        raise BadInput(f"{step.path}: {step.name} must be one of {forms}")
+    if moves[0].kind == "pause_s" and moves[0].amount <= 0.0:
+        raise step.error("pause_s", "must be positive")
+    return moves if moves[0].amount else []
+
+
+def _injection(table: Table, number: int, mission: str | None) -> Injection:
+    fault = table.word("fault", tuple(FAULTS))
+    kind = FAULTS[fault]
+    if kind.needs_mission and mission is None:
+        raise table.error("fault", f"is {fault!r}, which a scripted drive does not notice: give drive.mission")
+    at, when, after = table.number("at_s", 0.0, LONGEST, None), table.text("when", None), table.text("after", None)
+    if when is not None and (at is not None or after is not None):
+        raise table.error("when", "stands beside at_s or after: give one or the other")
+    duration = table.number("duration_s", 0.001, LONGEST, None)
+    if duration is not None and not kind.lasting:
+        raise table.error("duration_s", f"has no meaning: {fault} happens once")
+    injection = Injection(
+        name=table.text("name", fault if number == 1 else f"{fault}-{number}"),
+        fault=fault,
+        at=at,
+        when=_condition(table, when) if when is not None else None,
+        when_text=when or "",
+        after=after,
+        duration=duration,
+        parameters={name: _parameter(table, name, spec) for name, spec in kind.parameters.items()},
+    )
+    table.done()
+    return injection
+
+
+def _condition(table: Table, text: str) -> Any:
+    try:
+        return parse_condition(text)
+    except BadInput as error:
+        raise table.error("when", f"- {error}") from error
+
+
+def _parameter(table: Table, name: str, spec: catalogue.Parameter) -> ParameterValue:
+    match spec:
+        case Word(choices=choices, default=default):
+            return table.word(name, choices) if default is None else table.word(name, choices, default)
+        case Number() as number:
+            low, high = number.low, number.high
+            if number.whole and table.has(name):
+                return table.whole(name, int(low), int(high))
+            given = () if number.default is None else (number.default,)
+            return table.number(name, low, high, *given)
+        case Words():
+            return table.texts(name, tuple(messages.BY_NAME), ())
+        case Raw():
+            values = table.raw(name, {})
+            if not isinstance(values, dict) or not all(type(value) is int for value in values.values()):
+                raise table.error(name, "must be a table of whole numbers")
+            return values
+    raise AssertionError(spec)
+
+
+def _check_possible(table: Table, injection: Injection, rigs: tuple[str, ...], transport: str) -> None:
+    kind = FAULTS[injection.fault]
+    impossible = [rig for rig in rigs if rig not in kind.rigs]
+    if impossible:
+        raise table.error(
+            "fault", f"is {injection.fault!r}, which can't exist on {impossible[0]}: take that out of rigs"
+        )
+    if transport not in kind.transports:
+        raise table.error("fault", f"is {injection.fault!r}, which does not exist on transport {transport!r}")
+    if injection.fault == "send":
+        _check_message(table, injection)
+
+
+def _check_message(table: Table, injection: Injection) -> None:
+    names, values = injection.parameters["message"], injection.parameters["values"]
+    assert isinstance(names, tuple)
+    assert isinstance(values, dict)
+    if len(names) != 1:
+        raise table.error("message", "must be a list with the name of one message")
+    message = messages.BY_NAME[str(names[0])]
+    known = [field.name for field in message.fields]
+    for key in values:
+        if key not in known:
+            raise table.error(f"values.{key}", f"is no field of {message.name}; it has {', '.join(known)}")
+
+
+def _names(top: Table, injections: list[Injection]) -> list[str]:
+    names = [START]
+    for table, injection in zip(top.tables("inject"), injections, strict=True):
+        if injection.name in names:
+            raise table.error("name", f"{injection.name!r} is taken")
+        if injection.after is not None and injection.after not in names:
+            raise table.error("after", f"is {injection.after!r}; before this there is {', '.join(names)}")
+        names.append(injection.name)
+    return names
+
+
+def _after(table: Table, events: list[str]) -> str:
+    # Without a word about it, the fault is what one waits for.
+    return table.word("after", events, events[1] if len(events) > 1 else START)
+
+
+def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
+    expectation = Expectation(
+        name=table.text("name", f"expect-{number}"),
+        after=_after(table, events),
+        within=table.number("within_s", 0.001, LONGEST),
+        not_before=table.number("not_before_s", 0.0, LONGEST, 0.0),
+        checks=read_checks(table, moved=True),
+    )
+    table.done()
+    if not expectation.checks:
+        raise BadInput(f"{table.path}: {table.name} expects nothing: give state, cause, stopped, condition, …")
+    if expectation.not_before >= expectation.within:
+        raise table.error("not_before_s", "must be less than within_s")
+    if expectation.name in events:
+        raise table.error("name", f"{expectation.name!r} is taken")
+    events.append(expectation.name)
+    return expectation
+
+
+def _prohibition(table: Table, number: int, events: list[str]) -> Prohibition:
+    checks = read_checks(table, moved=False)
+    name, after = table.text("name", f"never-{number}"), _after(table, events)
+    until = table.word("until", events, None)
+    table.done()
+    if len(checks) != 1:
+        raise BadInput(f"{table.path}: {table.name} must hold one thing that never happens, it holds {len(checks)}")
+    return Prohibition(name, after, until, checks[0])
+
+
+def _field(table: Table) -> Field:
+    default = Field()
+    obstacles = tuple((x, y, radius) for x, y, radius in table.rows("obstacles", 3))
+    x, y, heading = table.numbers("launch", 3, default.launch)
+    ground = Field(
+        table.number("width_m", 0.6, 50.0, default.width),
+        table.number("height_m", 0.6, 50.0, default.height),
+        (x, y, heading),
+        obstacles,
+    )
+    table.done()
+    if not (0.15 <= x <= ground.width - 0.15 and 0.15 <= y <= ground.height - 0.15):
+        raise table.error("launch", f"lies nearer than the rover's radius of 0.15 m to the bounds: {x:g}, {y:g}")
+    return ground
+
+
+def _parameters(table: Table) -> dict[str, int]:
+    values = {key: table.whole(key, -(2**31), 2**31 - 1) for key in table.names()}
+    for key in values:
+        if not key.isdigit() or not 0 < int(key) < 65_535:
+            raise table.error(key, "must be the number of a parameter, see docs/protocol.md")
+    return values
+
+
+def _plant(table: Table) -> dict[str, dict[str, float]]:
+    plant: dict[str, dict[str, float]] = {}
+    for section in table.names():
+        if section not in PLANT_SECTIONS:
+            raise table.error(section, f"is not known here; known are {', '.join(PLANT_SECTIONS)}")
+        inner = table.table(section)
+        plant[section] = {key: inner.number(key, -1e12, 1e12) for key in inner.names()}
+    return plant

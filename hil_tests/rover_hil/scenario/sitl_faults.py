@@ -1,0 +1,88 @@
+"""The `sitl` rig with faults of the board: a loop that hangs, ticks that are missed, a supply that dips."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+from dataclasses import dataclass
+from typing import Any
+
+from rover_plant import Plant
+
+from rover_hil.firmware_process import FirmwareProcess, find_binary
+from rover_hil.rig import Mark
+from rover_hil.sitl import SitlRig
+
+WATCHDOG_US = 102_000
+"""Control loop dead to reset by the watchdog, as docs/firmware.md has measured it on the RP2040."""
+
+TICK_US = 1000
+WATCHDOG, BROWN_OUT = "watchdog", "brown-out"
+
+
+@dataclass(frozen=True)
+class Outage:
+    """The firmware does not run until `until_us`. `reset`: why it starts anew then, None when it goes on."""
+
+    until_us: int
+    reset: str | None
+    powered: bool
+
+
+class FaultySitlRig(SitlRig):
+    """A `sitl` rig whose firmware can be made to fail."""
+
+    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str) -> None:
+        super().__init__(plant, camera, baud, wire)
+        self._baud = baud
+        self._wire_kind = wire
+        self._outage: Outage | None = None
+        self.resets = 0
+
+    def hang(self) -> None:
+        """The loop stops; bridges stay as they are until the watchdog resets the board."""
+        self._outage = Outage(self.now_us + WATCHDOG_US, WATCHDOG, powered=True)
+
+    def stall(self, duration: float) -> None:
+        """The loop misses its ticks for `duration` seconds and goes on; longer than the watchdog allows is a hang."""
+        lasting_us = round(duration * 1e6)
+        if lasting_us >= WATCHDOG_US:
+            self.hang()
+        else:
+            self._outage = Outage(self.now_us + lasting_us, None, powered=True)
+
+    def brown_out(self, duration: float) -> None:
+        """Supply too low for `duration` seconds: the bridges open at once, then the firmware boots."""
+        self._outage = Outage(self.now_us + round(duration * 1e6), BROWN_OUT, powered=False)
+
+    def _run(self, to_us: int, data: bytes) -> list[Mark]:
+        outage = self._outage
+        if outage is None:
+            return super()._run(to_us, data)
+        self._from_host += len(data)
+        if outage.reset is None:
+            self._process.send(data)  # its buffers take what comes
+        left, right, powered = self._plant.duty()
+        while self.now_us + TICK_US <= min(to_us, outage.until_us):
+            self._plant.step(left, right, powered and outage.powered)
+        if self.now_us < outage.until_us:
+            return []
+        self._outage = None
+        if outage.reset is not None:
+            self._restart(outage.reset)
+        return super()._run(to_us, b"")
+
+    def _restart(self, cause: str) -> None:
+        self._plant.detach_sitl()
+        self._process.close()
+        self._process = FirmwareProcess(find_binary(), self._baud, self._wire_kind)
+        self._plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno(), self._from_host)
+        self.resets += 1
+
+
+def knows_reset_cause() -> bool:
+    """Whether this build of rover-sitl can be told why it was reset."""
+    with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+        said = subprocess.run([str(find_binary())], capture_output=True, text=True, timeout=5.0)
+        return "--reset-cause" in said.stderr
+    return False

@@ -1,0 +1,82 @@
+"""The stage of a scripted drive: flat ground with posts on it, the rover without its camera, and the rig around it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+from rover.errors import BadInput
+from rover.link.can_lockstep import LockstepCanTransport
+from rover.link.port import DEFAULT_BAUD, SLCAN_BAUD, CanPort
+from rover.link.transport import LockstepTransport
+from rover_plant import Plant
+
+from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
+from rover_hil.scenario.language import Scenario
+from rover_hil.scenario.probe import Probe
+from rover_hil.scenario.sitl_faults import FaultySitlRig
+from rover_hil.scenario.wire_faults import WireFaults
+
+RESOLUTION = 0.1
+MARGIN = 1.0
+POST_HEIGHT = 0.5
+NO_CAMERA_US = 10**15
+"""First exposure: after the end of any run."""
+
+
+def build_stage(scenario: Scenario) -> Plant:
+    """The plant; the same scenario gives the same. Raises BadInput for what `[plant]` gets wrong."""
+    field = scenario.field
+    shape = (
+        round((field.height + 2.0 * MARGIN) / RESOLUTION),
+        round((field.width + 2.0 * MARGIN) / RESOLUTION),
+    )
+    x, y, heading = field.launch
+    parts = {name: dict(values) for name, values in scenario.plant.items()}
+    parts.setdefault("camera", {})["first_exposure_us"] = NO_CAMERA_US
+    config = {
+        "seed": scenario.seed,
+        "raster_origin_x": -MARGIN,
+        "raster_origin_y": -MARGIN,
+        "raster_resolution": RESOLUTION,
+        "area_width": field.width,
+        "area_height": field.height,
+        "launch": {"x": x, "y": y, "heading": math.radians(heading)},
+        "baud": baud_of(scenario.transport),
+        **parts,
+    }
+    obstacles = [[x, y, radius, POST_HEIGHT] for x, y, radius in field.obstacles]
+    try:
+        return Plant(
+            json.dumps(config),
+            np.full(shape, 300.0, dtype=np.float32),
+            np.zeros(shape, dtype=np.float32),
+            np.array(obstacles, dtype=np.float64).reshape(-1, 4),
+        )
+    except ValueError as error:
+        raise BadInput(f"{scenario.path}: plant: {error}") from error
+
+
+def baud_of(transport: str) -> int:
+    """Bits per second of the port: what the host writes arrives at that rate."""
+    return SLCAN_BAUD if transport == "can" else DEFAULT_BAUD
+
+
+def build_rig(scenario: Scenario, rig: str, plant: Plant) -> FaultySitlRig:
+    """The firmware, on the rig of that name. Raises BadInput, PreflightFailed."""
+    if rig not in scenario.rigs:
+        raise BadInput(f"{scenario.path}: rigs does not hold {rig}")
+    if rig != "sitl":
+        raise BadInput(f"--rig {rig}: scenarios don't run there yet; there is sitl")
+    return FaultySitlRig(plant, {}, baud_of(scenario.transport), scenario.transport)
+
+
+def build_wire(
+    scenario: Scenario, port: str, faults: WireFaults, probe: Probe, host: HostTime
+) -> FaultyLine | FaultyBus:
+    """The companion's end of the rig's port, with faults on it. Raises PreflightFailed."""
+    if scenario.transport == "can":
+        bus = LockstepCanTransport(CanPort("slcan", port))
+        return FaultyBus(bus, bus.announce, faults, probe, host)
+    return FaultyLine(LockstepTransport(port, baud_of("serial")), faults, probe, host)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from tools.bench import detector, missions, protocol
+from tools.bench import detector, missions, protocol, trajectory
 
-BENCHES = {"detector": detector.main, "missions": missions.main, "protocol": protocol.main}
+BENCHES = {"detector": detector.main, "missions": missions.main, "protocol": protocol.main, "trajectory": trajectory.main}
 
 
 def main() -> int:

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, plan, register, run, status
+from rover.cli import decode, detect, doctor, plan, register, run, status, trajectory
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -71,6 +71,7 @@ def _options(
 for _name, _module, _brief in (
     ("run", run, "A mission, start to report."),
     ("plan", plan, "A path through goals on a map."),
+    ("trajectory", trajectory, "A path to constant-jerk segments."),
     ("register", register, "Where one picture lies in another."),
     ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),

@@ -23,10 +23,10 @@ def test_a_single_exchange_gives_the_offset() -> None:
 
 
 def test_the_wires_own_time_is_not_taken_for_delay() -> None:
-    estimate = ClockEstimate(byte_time=10 / 230_400)
+    estimate = ClockEstimate()
     up, down = 8 * 10 / 230_400, 14 * 10 / 230_400
     at_us = round((1.0 + up) * 1e6)
-    estimate.add(1.0, 1.0 + up + down, at_us, 0, 8, 14)
+    estimate.add(1.0, 1.0 + up + down, at_us, 0, up, down)
     assert estimate.to_firmware(5.0) == pytest.approx(5_000_000, abs=2)
 
 

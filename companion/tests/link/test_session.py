@@ -39,12 +39,12 @@ def test_no_answer_is_said_to_be_one(world, firmware) -> None:
         Link(world, world).connect(timeout=0.5)
 
 
-def test_keep_alives_count_up_ten_times_a_second(world, firmware) -> None:
+def test_keep_alives_count_up_with_every_poll(world, firmware) -> None:
     link = Link(world, world)
     link.connect()
     firmware.keep_alives.clear()
     run(link, 2.0)
-    assert len(firmware.keep_alives) == pytest.approx(20, abs=1)
+    assert len(firmware.keep_alives) == pytest.approx(100, abs=20), "none where the clock is asked"
     assert all((b - a) & 255 == 1 for a, b in zip(firmware.keep_alives, firmware.keep_alives[1:], strict=False))
 
 
@@ -58,6 +58,22 @@ def test_arming_uses_a_new_token_each_time(world, firmware) -> None:
     link.arm()
     assert firmware.token == first + 1
     assert link.disarm()
+
+
+@pytest.mark.parametrize("stop", ["stop", "emergency_stop"])
+def test_a_stop_that_is_lost_is_sent_again_until_the_firmware_has_stopped(world, firmware, stop: str) -> None:
+    link = Link(world, world)
+    link.connect()
+    link.arm()
+    firmware.drop = lambda name, count: name in ("Stop", "EmergencyStop") and count < 7
+    getattr(link, stop)()
+    run(link, 0.4)
+    assert link.state is not None
+    assert link.state.state == "Latched"
+    assert firmware.counts["Stop" if stop == "stop" else "EmergencyStop"] < 12, "and not for ever"
+    link.arm()
+    run(link, 0.2)
+    assert link.state.state == "Armed"
 
 
 def test_a_refused_arming_says_why(world, firmware) -> None:
@@ -134,7 +150,7 @@ def test_parameters_are_read(world) -> None:
 
 def test_over_a_real_pty_in_real_time(pty_firmware) -> None:
     clock = WallClock()
-    link = Link(SerialTransport(pty_firmware.port, clock=clock), clock, byte_time=0.0)
+    link = Link(SerialTransport(pty_firmware.port, clock=clock), clock)
     link.connect()
     link.arm()
     run(link, 0.3)

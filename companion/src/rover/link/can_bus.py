@@ -12,10 +12,7 @@ import can
 from rover.errors import LinkLost, PreflightFailed
 from rover.link.clock import WallClock
 from rover.link.frames import Counters, Frame, FrameTransport
-from rover.link.port import CAN_BITRATE, CanPort
-
-FRAME_BITS = 47
-"""Bits of a classic frame with an 11-bit identifier around its payload, with the gap to the next (ISO 11898-1)."""
+from rover.link.port import CAN_BITRATE, CAN_FRAME_BITS, CanPort
 
 SEND_TIMEOUT = 2.0
 """Seconds until a bus that takes no frame counts as lost."""
@@ -32,7 +29,6 @@ class CanTransport(FrameTransport):
 
     time_step = 0.0
     lead = 0.0
-    byte_time = 8.0 / CAN_BITRATE
 
     def __init__(self, port: CanPort, clock: WallClock | None = None) -> None:
         """Raises PreflightFailed with one line when the bus does not open."""
@@ -64,8 +60,12 @@ class CanTransport(FrameTransport):
         return Counters(frames=self._received, malformed=self._malformed)
 
     def wire_bytes(self, payload: int) -> float:
-        """Without the bits that the bus stuffs in: at most a fifth more, commonly a twentieth."""
-        return FRAME_BITS / 8.0 + payload
+        """Without the bits that the bus stuffs in: commonly a twentieth more, at most a fifth."""
+        return bus_bytes(payload)
+
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """By the bit rate."""
+        return bus_time(request), bus_time(reply)
 
     def send(self, identifier: int, payload: bytes) -> None:
         """Sends one frame; raises `LinkLost`."""
@@ -85,7 +85,7 @@ class CanTransport(FrameTransport):
         if not frames and self._failure is not None:
             raise LinkLost(self._failure)
         self._received += len(frames)
-        self._read += sum(frame.wire_bytes for frame in frames)
+        self._read += sum(bus_bytes(len(frame.payload)) for frame in frames)
         if frames:
             self.last_heard = frames[-1].time
         return frames
@@ -109,7 +109,17 @@ class CanTransport(FrameTransport):
                     self._failure = f"link lost: {self.port}: {one_line(error)}"
                 return
             if message is not None and (pair := pair_of(message)) is not None:
-                self._frames.append(Frame(self._clock.now(), *pair, self.wire_bytes(len(pair[1]))))
+                self._frames.append(Frame(self._clock.now(), *pair))
+
+
+def bus_bytes(payload: int) -> float:
+    """Length of a frame in bytes, without the bits that are stuffed in."""
+    return CAN_FRAME_BITS / 8.0 + payload
+
+
+def bus_time(payload: int) -> float:
+    """Seconds that a frame takes on the bus."""
+    return bus_bytes(payload) * 8.0 / CAN_BITRATE
 
 
 def open_bus(port: CanPort) -> can.BusABC:
@@ -143,6 +153,7 @@ def shut_down(bus: can.BusABC) -> None:
         device = getattr(bus, "serialPortOrig", None)  # slcan leaves its device open when it cannot say goodbye
         if device is not None:
             device.close()
+    bus._is_shutdown = True  # else its destructor tries once more, and complains
 
 
 def one_line(error: Exception) -> str:

@@ -6,6 +6,7 @@ for a serial line.
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 
@@ -13,7 +14,17 @@ import can
 from can.interfaces.slcan import slcanBus
 
 from rover.errors import LinkLost, PreflightFailed
-from rover.link.can_bus import BUS_ERRORS, GARBLED, SEND_TIMEOUT, message_of, one_line, pair_of, shut_down
+from rover.link.can_bus import (
+    BUS_ERRORS,
+    GARBLED,
+    SEND_TIMEOUT,
+    bus_bytes,
+    bus_time,
+    message_of,
+    one_line,
+    pair_of,
+    shut_down,
+)
 from rover.link.frames import Counters, Frame, FrameTransport
 from rover.link.port import CAN_BITRATE, SLCAN_BAUD, CanPort
 from rover.link.transport import Mark
@@ -30,6 +41,9 @@ class LockstepSlcan(slcanBus):
         self.bytes_read = 0
         self._patience = patience
         super().__init__(device, tty_baudrate=SLCAN_BAUD, bitrate=CAN_BITRATE, sleep_after_open=0.0, timeout=patience)
+
+    def __del__(self) -> None:
+        """Nothing: the rig does not miss a goodbye, and python-can's would complain that the rig is gone."""
 
     def take(self, total: int) -> None:
         """Reads from the pty until `total` bytes have come in all. Raises LinkLost when they do not."""
@@ -63,7 +77,6 @@ class LockstepCanTransport(FrameTransport):
     """The rig's pty, read up to the counts that the rig has announced, so the times of frames are virtual."""
 
     time_step = 0.001
-    byte_time = 10.0 / SLCAN_BAUD
 
     def __init__(self, port: CanPort, patience: float = 5.0, lead: float = 0.0) -> None:
         """`lead`: seconds after which what is written leaves, see `LockstepRig`. Raises PreflightFailed."""
@@ -93,8 +106,17 @@ class LockstepCanTransport(FrameTransport):
         return Counters(frames=self._received, malformed=self._malformed)
 
     def wire_bytes(self, payload: int) -> float:
-        """Characters of the line."""
-        return LINE_BYTES + 2 * payload
+        """Of the frame on the bus."""
+        return bus_bytes(payload)
+
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """The adapter has a whole line at the end of a step, and hands on at the end of a step what has come.
+
+        The rig's firmware stamps a frame by its last bit, between the steps.
+        """
+        line = (LINE_BYTES + 2 * request) * 10.0 / SLCAN_BAUD
+        up, down = (math.ceil(seconds / self.time_step) * self.time_step for seconds in (line, bus_time(reply)))
+        return up + bus_time(request), down
 
     def announce(self, marks: list[Mark]) -> None:
         """Takes the rig's marks (virtual time in µs, bytes sent so far in all)."""
@@ -136,5 +158,5 @@ class LockstepCanTransport(FrameTransport):
                 self._malformed += 1
                 continue
             if message is not None and (pair := pair_of(message)) is not None:
-                frames.append(Frame(at, *pair, self.wire_bytes(len(pair[1]))))
+                frames.append(Frame(at, *pair))
         return frames

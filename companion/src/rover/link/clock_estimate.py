@@ -1,8 +1,8 @@
 """What the firmware's clock shows, estimated from request and reply.
 
 Each exchange gives one sample of the offset: with the wire's own time known, half of what is left of the round trip
-lies on either side. The samples with the shortest round trips are the least delayed ones; a line through them gives
-offset and drift. After Cristian (1989), with the gating of NTP's clock filter.
+lies on either side. The shorter the round trip, the less the sample was delayed, and the more it counts in the line
+that gives offset and drift. After Cristian (1989), with weights in place of a choice of the best.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from rover.link.unwrap import unwrap
 WINDOW = 128
 """Samples kept: 64 s at two a second."""
 
-MINIMUM_SPAN = 4.0
-"""Seconds that the window must span before a drift is fitted; before that the drift is taken as zero."""
+STEADIEST = 20e-6
+"""Seconds of error that even a sample without delay may have: what stamping it costs at both ends."""
 
-MINIMUM_SAMPLES = 8
+FEW = 4
+"""Samples above the shortest that show how far short round trips scatter."""
 
-ROUND_TRIP_SLACK = 0.0005
-"""Seconds above the shortest round trip within which a sample still counts as undelayed."""
+DRIFT = 50e-6
+"""Seconds per second by which two crystals commonly differ: what is believed of the drift until samples show it."""
 
 
 @dataclass(frozen=True)
@@ -45,34 +46,32 @@ class ClockFit:
 
 
 def fit_clock(samples: list[Sample], time_step: float = 0.0) -> ClockFit:
-    """Offset and drift through the least delayed samples; `samples` must not be empty.
+    """Offset and drift, each sample weighted by how little it was delayed; `samples` must not be empty.
 
     `time_step`: seconds to which the times are rounded; both ends of an exchange may be off by half of it, the same
     way each time, so no number of samples averages it out.
     """
-    shortest = min(sample.excess for sample in samples)
-    chosen = [sample for sample in samples if sample.excess <= shortest + ROUND_TRIP_SLACK]
-    fit = _line(chosen)
-    residuals = [abs(_residual(fit, sample)) for sample in chosen]
-    gate = 3.0 * max(sorted(residuals)[len(residuals) // 2], 20e-6)
-    kept = [sample for sample, residual in zip(chosen, residuals, strict=True) if residual <= gate]
-    if len(kept) < len(chosen):
-        fit = _line(kept)
-    spread = math.sqrt(sum(_residual(fit, sample) ** 2 for sample in kept) / len(kept))
-    bound = time_step + 0.5 * shortest + spread / math.sqrt(len(kept)) + 0.5e-6
-    return ClockFit(fit.origin, fit.offset, fit.drift, bound)
+    excesses = sorted(sample.excess for sample in samples)
+    shortest = excesses[0]
+    # A delay d that is spread at random over both ways puts a sample off by d / sqrt(12). What all samples have in
+    # common cannot be told from the way itself; how far the shortest few lie apart tells how well it is known.
+    steadiest = STEADIEST + (excesses[min(FEW, len(excesses) - 1)] - shortest) / math.sqrt(12.0)
+    weights = [1.0 / (steadiest + (sample.excess - shortest) / math.sqrt(12.0)) ** 2 for sample in samples]
+    total = sum(weights)
+    origin = sum(w * s.time for w, s in zip(weights, samples, strict=True)) / total
+    offset = sum(w * (s.firmware - s.time) for w, s in zip(weights, samples, strict=True)) / total
+    square = sum(w * (s.time - origin) ** 2 for w, s in zip(weights, samples, strict=True))
+    slope = sum(w * (s.time - origin) * (s.firmware - s.time - offset) for w, s in zip(weights, samples, strict=True))
+    drift = slope / (square + 1.0 / DRIFT**2)
+    bound = time_step + 0.5 * shortest + 2.0 / math.sqrt(total) + 0.5e-6
+    return ClockFit(origin, offset, drift, bound)
 
 
 class ClockEstimate:
     """Collects exchanges and converts between companion time (s) and firmware time (µs, unwrapped)."""
 
-    def __init__(self, byte_time: float = 10.0 / 230_400.0, time_step: float = 0.0) -> None:
-        """`byte_time`: seconds that one byte takes on the wire, 0 where it travels at once (USB, pty without rig).
-
-        `time_step`: see `fit_clock`. A firmware that runs in such steps takes a request at the end of the step in
-        which it arrived, and all that it answers is out at that same moment, as far as the step has room for it.
-        """
-        self.byte_time = byte_time
+    def __init__(self, time_step: float = 0.0) -> None:
+        """`time_step`: see `fit_clock`."""
         self.time_step = time_step
         self.count = 0
         self.round_trip = math.inf
@@ -95,14 +94,13 @@ class ClockEstimate:
         return 0.0 if self._fit is None else self._fit.drift
 
     def add(
-        self, sent: float, received: float, receive_time_us: int, turnaround_us: int, up_bytes: float, down_bytes: float
+        self, sent: float, received: float, receive_time_us: int, turnaround_us: int, wire_up: float, wire_down: float
     ) -> None:
-        """One exchange: companion times of the request and the reply, and what the reply says (raw 32-bit µs)."""
+        """One exchange: companion times of the request and the reply, and what the reply says (raw 32-bit µs).
+
+        `wire_up`, `wire_down`: seconds that request and reply take without any delay.
+        """
         round_trip = received - sent
-        wire_up, wire_down = up_bytes * self.byte_time, down_bytes * self.byte_time
-        if self.time_step:
-            wire_up = math.ceil(wire_up / self.time_step) * self.time_step
-            wire_down = math.floor(wire_down / self.time_step) * self.time_step
         excess = max(0.0, round_trip - turnaround_us * 1e-6 - wire_up - wire_down)
         at = sent + wire_up + 0.5 * excess
         near = self.to_firmware(at) if self._fit is not None else receive_time_us
@@ -131,18 +129,3 @@ class ClockEstimate:
         """Companion time of a wrapping firmware stamp that was received at companion time `received`."""
         near = self.to_firmware(received) // unit_us
         return self.to_companion(unwrap(raw, bits, near) * unit_us)
-
-
-def _line(samples: list[Sample]) -> ClockFit:
-    times = [sample.time for sample in samples]
-    origin = sum(times) / len(times)
-    offset = sum(sample.firmware - sample.time for sample in samples) / len(samples)
-    drift = 0.0
-    if len(samples) >= MINIMUM_SAMPLES and max(times) - min(times) >= MINIMUM_SPAN:
-        square = sum((t - origin) ** 2 for t in times)
-        drift = sum((s.time - origin) * (s.firmware - s.time - offset) for s in samples) / square
-    return ClockFit(origin, offset, drift, math.inf)
-
-
-def _residual(fit: ClockFit, sample: Sample) -> float:
-    return sample.firmware - sample.time - fit.offset - fit.drift * (sample.time - fit.origin)

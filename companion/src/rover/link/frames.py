@@ -5,6 +5,7 @@ A CAN bus carries such pairs as they are. A serial line carries them framed: COB
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
@@ -15,12 +16,11 @@ from rover.link.transport import Transport
 
 @dataclass(frozen=True)
 class Frame:
-    """One good frame: companion time at which its last byte came, and its length on the wire in bytes."""
+    """One good frame, and the companion time at which its last byte came."""
 
     time: float
     identifier: int
     payload: bytes
-    wire_bytes: float
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,6 @@ class FrameTransport(ABC):
     """A wire that carries frames. `send` and `receive` raise `LinkLost` when the wire is gone."""
 
     port: str
-    byte_time: float
-    """Seconds that one byte of a frame takes on the wire; 0 where it travels at once (USB)."""
     time_step: float
     """Seconds to which the times of frames, and the firmware's own at the other end, are rounded."""
     lead: float
@@ -66,6 +64,10 @@ class FrameTransport(ABC):
         """Length on the wire, in bytes, of a frame with so many bytes of payload."""
 
     @abstractmethod
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """Seconds that an undelayed request takes to the other end and its reply takes back, by payload lengths."""
+
+    @abstractmethod
     def send(self, identifier: int, payload: bytes) -> None:
         """Sends one frame."""
 
@@ -84,7 +86,6 @@ class SerialFrames(FrameTransport):
     def __init__(self, transport: Transport) -> None:
         self.bytes = transport
         self.port = transport.port
-        self.byte_time = transport.byte_time
         self.time_step = transport.time_step
         self.lead = transport.lead
         self.last_heard = None
@@ -111,6 +112,13 @@ class SerialFrames(FrameTransport):
         """Payload, identifier, sequence, CRC, the first COBS code and the closing zero."""
         return payload + framing.OVERHEAD + 2
 
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """By the baud rate. A rig that runs in steps takes a request at the end of the step in which it arrived; all
+        that is answered then is out at that same moment, as far as the step has room for it."""
+        up, down = (self.wire_bytes(length) * self.bytes.byte_time for length in (request, reply))
+        step = self.time_step
+        return (math.ceil(up / step) * step, math.floor(down / step) * step) if step else (up, down)
+
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""
         frame = framing.encode(identifier, self._sequence, payload)
@@ -123,7 +131,7 @@ class SerialFrames(FrameTransport):
         for time, data in self.bytes.read():
             self.last_heard = time
             for identifier, _, payload in self._decoder.feed(data):
-                received.append(Frame(time, identifier, payload, self.wire_bytes(len(payload))))
+                received.append(Frame(time, identifier, payload))
         return received
 
     def close(self) -> None:

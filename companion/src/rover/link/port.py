@@ -12,6 +12,9 @@ from rover.link.transport import SerialTransport
 DEFAULT_BAUD = 230_400
 CAN_BITRATE = 500_000
 
+CAN_FRAME_BITS = 47
+"""Bits of a classic frame with an 11-bit identifier around its payload, with the gap to the next (ISO 11898-1)."""
+
 SLCAN_BAUD = 1_000_000
 """Bits per second of a line that carries CAN frames as text: a frame takes on it what it takes on the bus.
 

@@ -37,10 +37,15 @@ from rover.link.telemetry import (
 from rover.link.transport import Transport
 from rover.link.wire import Received, Tap, Wire
 
-KEEP_ALIVE_PERIOD = 0.1
+KEEP_ALIVE_PERIOD = 0.02
+"""Fifteen within the dead-man's 300 ms, so that a wire which loses a fifth of them does not stop the rover."""
+
 CLOCK_PERIOD = 0.5
 CLOCK_PERIOD_FAST = 0.06
-CLOCK_FAST_COUNT = 10
+CLOCK_FAST_COUNT = 20
+CLOCK_ANSWER_TIMEOUT = 0.1
+"""Seconds after which a clock request that was not answered is asked again."""
+
 SILENCE_LIMIT = 1.0
 """Seconds without a byte after which the link counts as lost; the firmware says something every 20 ms."""
 
@@ -56,17 +61,12 @@ class Link:
         transport: Transport | FrameTransport,
         clock: Clock,
         session: int = 1,
-        byte_time: float | None = None,
         tap: Tap | None = None,
     ) -> None:
-        """`session`: 16-bit number of this session, echoed by the firmware.
-
-        `byte_time`: see `ClockEstimate`; without it that of the transport.
-        """
+        """`session`: 16-bit number of this session, echoed by the firmware."""
         self.clock = clock
         self.wire = Wire(transport, tap)
-        wire = self.wire.transport
-        self.clock_estimate = ClockEstimate(wire.byte_time if byte_time is None else byte_time, wire.time_step)
+        self.clock_estimate = ClockEstimate(self.wire.transport.time_step)
         self.stream = SegmentStream(self._send, self.clock_estimate)
         self.identity: Identity | None = None
         self.state: FirmwareState | None = None
@@ -78,9 +78,10 @@ class Link:
         self._keep_alive_due = 0.0
         self._clock_sequence = 0
         self._clock_due = 0.0
-        self._clock_sent: dict[int, tuple[float, float]] = {}
+        self._clock_sent: dict[int, float] = {}
         self._backlog: deque[Telemetry] = deque()
         self._silent_since: float | None = None
+        self._stop_wanted: tuple[str, int] | None = None
 
     def connect(self, timeout: float = 3.0) -> Identity:
         """Handshake and first clock exchanges.
@@ -117,6 +118,7 @@ class Link:
         self._wait_for_state(timeout)
         assert self.state is not None
         token = (self.state.arm_token + 1) & 0xFFFF
+        self._stop_wanted = None
         self.stream.clear(self.clock.now())
         refused: list[FaultReport] = []
 
@@ -140,15 +142,15 @@ class Link:
         return self._request(lambda: self._send("Disarm", reason=0), disarmed, timeout)
 
     def stop(self, reason: int = 0) -> None:
-        """Jerk-limited stop, then latch."""
-        self.stream.clear(self.clock.now())
-        self._send("Stop", reason=reason & 0xFF)
+        """Jerk-limited stop, then latch. `poll` repeats it until the firmware's state says that it has come."""
+        self._demand("Stop", reason, 1)
 
     def emergency_stop(self, reason: int = 0) -> None:
-        """Cuts the motors at once and latches. Sent three times: it costs nothing and a lost one costs much."""
-        self.stream.clear(self.clock.now())
-        for _ in range(3):
-            self._send("EmergencyStop", reason=reason & 0xFF)
+        """Cuts the motors at once and latches. Sent three times: it costs nothing and a lost one costs much.
+
+        `poll` repeats it as it does `stop`.
+        """
+        self._demand("EmergencyStop", reason, 3)
 
     def get_parameter(self, identifier: int, timeout: float = 0.5) -> ParameterValue:
         """Reads one parameter. Raises PreflightFailed when the firmware does not answer."""
@@ -198,6 +200,12 @@ class Link:
         """Lets the port go; the firmware's dead-man does the rest."""
         self.wire.transport.close()
 
+    def _demand(self, name: str, reason: int, times: int) -> None:
+        self.stream.clear(self.clock.now())
+        self._stop_wanted = (name, reason & 0xFF)
+        for _ in range(times):
+            self._send(name, reason=reason & 0xFF)
+
     def _exchange(self, guard: bool) -> list[Telemetry]:
         """One round of receiving and sending."""
         events: list[Telemetry] = []
@@ -211,8 +219,11 @@ class Link:
         if guard:
             self._check_silence(now)
         # First the clock's request, so that nothing of this round delays it on the wire.
-        self._ask_clock(now)
-        self._keep_alive(now)
+        asked = self._ask_clock(now)
+        if self._stop_wanted is not None:
+            self._send(self._stop_wanted[0], reason=self._stop_wanted[1])
+        if not asked:  # on a bus it would overtake the request
+            self._keep_alive(now)
         self.stream.service(now)
         return events
 
@@ -224,6 +235,8 @@ class Link:
         elif isinstance(event, FirmwareState):
             before, self.state = self.state, event
             was_driveable = before is not None and before.state in DRIVEABLE
+            if event.state not in DRIVEABLE:
+                self._stop_wanted = None
             if was_driveable and event.state not in DRIVEABLE:
                 self.stream.clear(event.time)
             if self.identity is not None and not event.handshake_done:
@@ -234,16 +247,12 @@ class Link:
             return False
         sent = self._clock_sent.pop(int(frame.fields["sequence"]), None)
         if sent is not None:
-            sent_at, request_bytes = sent
-            self.clock_estimate.add(
-                sent_at,
-                frame.time,
-                int(frame.fields["receive_time"]),
-                int(frame.fields["turnaround"]),
-                request_bytes,
-                frame.wire_bytes,
-            )
+            times = self.wire.transport.wire_times(messages.ClockRequest.LENGTH, messages.ClockReply.LENGTH)
+            receive_time, turnaround = (int(frame.fields[field]) for field in ("receive_time", "turnaround"))
+            self.clock_estimate.add(sent, frame.time, receive_time, turnaround, *times)
             self.round_trips.append(self.clock_estimate.round_trip)
+            if self.clock_estimate.count >= CLOCK_FAST_COUNT:
+                self._clock_due = self.clock.now() + CLOCK_PERIOD
         return True
 
     def _keep_alive(self, now: float) -> None:
@@ -253,17 +262,17 @@ class Link:
         self._send("KeepAlive", counter=self._keep_alive_counter)
         self._keep_alive_due = now + KEEP_ALIVE_PERIOD
 
-    def _ask_clock(self, now: float) -> None:
+    def _ask_clock(self, now: float) -> bool:
         if now < self._clock_due - 1e-9:
-            return
+            return False
         self._clock_sequence = (self._clock_sequence + 1) & 0xFF
-        length = self._send("ClockRequest", sequence=self._clock_sequence)
-        leaves = self.clock.now() + self.wire.transport.lead
-        self._clock_sent[self._clock_sequence] = (leaves, length)
+        self._send("ClockRequest", sequence=self._clock_sequence)
+        self._clock_sent[self._clock_sequence] = self.clock.now() + self.wire.transport.lead
         while len(self._clock_sent) > 8:
             self._clock_sent.pop(next(iter(self._clock_sent)))
         fast = self.clock_estimate.count < CLOCK_FAST_COUNT
-        self._clock_due = now + (CLOCK_PERIOD_FAST if fast else CLOCK_PERIOD)
+        self._clock_due = now + (CLOCK_PERIOD_FAST if fast else CLOCK_ANSWER_TIMEOUT)
+        return True
 
     def _check_silence(self, now: float) -> None:
         heard = self.wire.last_heard
@@ -309,8 +318,8 @@ class Link:
         """What comes while a request waits is handed out by the next poll."""
         self._backlog.extend(events)
 
-    def _send(self, name: str, **raw: int) -> float:
-        return self.wire.send(name, self.clock.now(), **raw)
+    def _send(self, name: str, **raw: int) -> None:
+        self.wire.send(name, self.clock.now(), **raw)
 
     def _arm_refusal(self, refused: bool) -> str:
         state = self.state

@@ -1,7 +1,8 @@
-"""Streams constant-jerk segments into the firmware's queue: indexed, acknowledged, go-back-N.
+"""Streams constant-jerk segments into the firmware's queue: indexed, acknowledged, repeated.
 
-The firmware takes segments strictly in order and says which index it expects next and how much room it has. What is
-not acknowledged in time is sent again from the first missing one. Duplicates do no harm: the firmware ignores them.
+The firmware takes segments strictly in order and says which index it expects next and how much room it has; what
+comes early it keeps. Each segment that is not acknowledged in time is sent again, the oldest first. Duplicates do no
+harm: the firmware ignores them.
 
 A run is a row of segments that begins at rest at a given time; its first segment carries the begin flag. After a stop
 the firmware has thrown its queue away, so the stream starts again from the index that the firmware names, once what
@@ -21,8 +22,9 @@ from rover.link.unwrap import ahead
 
 FLAG_BEGIN = 1
 FLAG_REST = 2
-REPEAT_AFTER = 0.12
-"""Seconds without progress until unacknowledged segments are sent again: two status periods and a loop."""
+REPEAT_AFTER = 0.07
+"""Seconds after which an unacknowledged segment is sent again: the acknowledgement takes one loop of 20 ms, or two
+where the world runs a step ahead, and a third at most on a busy wire."""
 
 SETTLE = 0.2
 """Seconds after the last segment sent until a status surely tells of all that the firmware took."""
@@ -66,6 +68,8 @@ class _Item:
     """Companion time at which the run starts; of begin segments only."""
     sent_at: float | None = None
     """Companion time of the last transmission."""
+    due: bool = True
+    """Waits for a transmission, however short ago the last one was."""
 
 
 class SegmentStream:
@@ -77,9 +81,7 @@ class SegmentStream:
         self._clock = clock
         self._items: deque[_Item] = deque()
         self._base: int | None = None
-        # Of the waiting segments, counted from the oldest: sent in this round of go-back-N, and sent at all. A late
-        # acknowledgement may tell of more than the round has repeated so far.
-        self._sent = 0
+        # Of the waiting segments, counted from the oldest: those that have been on the wire under their index.
         self._exposed = 0
         self._settled_after: float | None = None
         self._last_sent_at = 0.0
@@ -127,7 +129,7 @@ class SegmentStream:
         if self._exposed:
             self._settled_after = self._last_sent_at + SETTLE
         self._items.clear()
-        self._sent = self._exposed = 0
+        self._exposed = 0
         self.end_time = now
 
     def on_status(self, status: MotionStatus) -> None:
@@ -145,34 +147,26 @@ class SegmentStream:
             for _ in range(advance):
                 self._items.popleft()
             self._exposed -= advance
-            self._sent = max(0, self._sent - advance)
             self._base = status.next_index
             self.accepted += advance
         elif advance > 0 or advance < -STALE:
             # The firmware counts from elsewhere (it has restarted): what waits takes the indexes that it expects.
             self._base = status.next_index
-            self._sent = self._exposed = 0
+            self._exposed = 0
+            for item in self._items:
+                item.due = True
 
     def service(self, now: float) -> None:
         """Sends what fits, repeats what is overdue."""
         if self._base is None or self.status is None or self._settled_after is not None:
             return
-        if self._overdue(now):
-            self._sent = 0
-        if self._items and self._sent == 0:
+        if self._items and _is_due(self._items[0], now):
             self._postpone_missed_start(now)
         room = min(len(self._items), ahead(self.status.next_index, self._base) + self.status.free_slots, IN_FLIGHT)
-        for _ in range(min(room - self._sent, BURST)):
-            self._transmit(self._sent, now)
-            self._sent += 1
-            self._exposed = max(self._exposed, self._sent)
-
-    def _overdue(self, now: float) -> bool:
-        """True when the oldest segment on the wire should have been acknowledged by now."""
-        if self._sent == 0:
-            return False
-        sent_at = self._items[0].sent_at
-        return sent_at is not None and now - sent_at > REPEAT_AFTER
+        due = [position for position in range(room) if _is_due(self._items[position], now)]
+        for position in due[:BURST]:
+            self._transmit(position, now)
+            self._exposed = max(self._exposed, position + 1)
 
     def _transmit(self, position: int, now: float) -> None:
         assert self._base is not None
@@ -190,6 +184,7 @@ class SegmentStream:
         else:
             self.repeated += 1
         item.sent_at = now
+        item.due = False
         self._last_sent_at = now
 
     def _postpone_missed_start(self, now: float) -> None:
@@ -201,8 +196,14 @@ class SegmentStream:
         for waiting in self._items:
             if waiting.begin:
                 waiting.start += delay
+                waiting.due = True
         self.end_time += delay
         self.postponed += 1
+
+
+def _is_due(item: _Item, now: float) -> bool:
+    """True when an item waits to be sent, or should have been acknowledged by now."""
+    return item.due or item.sent_at is None or now - item.sent_at > REPEAT_AFTER
 
 
 def _duration(segments: Sequence[SegmentLike]) -> float:

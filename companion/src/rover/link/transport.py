@@ -66,7 +66,7 @@ class SerialTransport:
 
     def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
         self.port = port
-        self.byte_time = 10.0 / baud
+        self.byte_time = 0.0 if _is_usb(port) else 10.0 / baud
         self.bytes_written = 0
         self.bytes_read = 0
         self._clock = clock or WallClock()
@@ -166,6 +166,11 @@ class LockstepTransport:
             if len(data) < count and time.monotonic() > deadline:
                 raise LinkLost(f"link lost: {self.port} delivered {len(data)} of {count} bytes that the rig sent")
         return bytes(data)
+
+
+def _is_usb(port: str) -> bool:
+    """True for a board's own USB port, whose baud rate means nothing."""
+    return any(kind in port for kind in ("ttyACM", "usbmodem"))
 
 
 def _write(port: serial.Serial, name: str, data: bytes) -> None:

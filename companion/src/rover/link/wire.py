@@ -21,7 +21,6 @@ class Received:
     time: float
     name: str
     fields: dict[str, int | bytes]
-    wire_bytes: float
 
 
 class Wire:
@@ -43,15 +42,14 @@ class Wire:
         """Companion time of the last byte received; None before the first."""
         return self.transport.last_heard
 
-    def send(self, name: str, time: float, **raw: int) -> float:
-        """Puts one message on the wire; returns its length there in bytes."""
+    def send(self, name: str, time: float, **raw: int) -> None:
+        """Puts one message on the wire."""
         message = messages.BY_NAME[name]
         payload = message.pack(**raw)
         self.transport.send(message.ID, payload)
         self.frames_sent += 1
         if self._tap is not None:
             self._tap("tx", time, message.ID, payload)
-        return self.transport.wire_bytes(len(payload))
 
     def receive(self) -> list[Received]:
         """Good frames since the last call; frames that this version does not know are counted and skipped."""
@@ -64,5 +62,5 @@ class Wire:
             except ValueError:
                 self.unknown += 1
                 continue
-            received.append(Received(frame.time, message.name, fields, frame.wire_bytes))
+            received.append(Received(frame.time, message.name, fields))
         return received

@@ -11,6 +11,8 @@ NUMBERS = {
     "time_s": "simulated seconds since the rover was switched on",
     "speed": "true ground speed, m/s, never negative",
     "turn_rate": "true turn rate, rad/s, never negative",
+    "commanded_speed": "what the firmware is at in the motion that it was sent, m/s, negative backwards",
+    "commanded_turn_rate": "the same about the vertical, rad/s, positive to the left",
     "travelled_m": "true way of base_link since the start",
     "turned_deg": "true turn since the start, both ways added up",
     "advance_m": "true way since the start along the launch heading",

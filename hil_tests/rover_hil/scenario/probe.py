@@ -47,6 +47,9 @@ class Probe:
                 self.values[f"count.{name}"] = raw["count"]
                 begun = "" if raw["active"] else " (over)"
                 self.events.append((time, f"firmware: fault {name}{begun}, count {raw['count']}"))
+            case "Velocity":
+                self.values["commanded_speed"] = raw["reference_travel"] * 1e-4
+                self.values["commanded_turn_rate"] = raw["reference_heading"] * 1e-3
             case "LinkStatistics":
                 for key in ("lost", "checksum_errors", "malformed"):
                     self.values[key] = raw[key]

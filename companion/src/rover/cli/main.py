@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, plan, register, run, status, trajectory
+from rover.cli import decode, detect, doctor, hil, plan, register, run, status, trajectory
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -79,6 +79,8 @@ for _name, _module, _brief in (
     ("doctor", doctor, "What is installed, what is connected."),
 ):
     app.command(_name, help=_module.HELP, short_help=_brief)(_module.command)
+app.add_typer(link.group, name="link")
+app.add_typer(hil.app, name="hil", help=hil.HELP, short_help="Fault scenarios on a rig.")
 
 
 def invoke(arguments: Sequence[str] | None = None) -> int:

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, hil, plan, register, run, status, trajectory
+from rover.cli import decode, detect, doctor, hil, link, plan, register, run, status, trajectory
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 

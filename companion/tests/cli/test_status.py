@@ -34,10 +34,10 @@ def test_every_cause_of_the_protocol_has_words():
     assert set(CAUSES) == set(messages.VALUES["State"]["cause"].values())
 
 
-@pytest.fixture(scope="module")
-def port(tmp_path_factory):
+@pytest.fixture(scope="module", params=["serial", "can"])
+def port(tmp_path_factory, request):
     pytest.importorskip("rover_hil")
-    options = RigOptions(load("demo").path, "sitl", 1, free_run=True)
+    options = RigOptions(load("demo").path, "sitl", 1, free_run=True, transport=request.param)
     try:
         rig = RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log")
     except RoverError as error:

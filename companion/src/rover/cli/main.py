@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, hil, link, plan, register, run, status, trajectory
+from rover.cli import decode, detect, doctor, flash, hil, link, plan, register, run, status, trajectory
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -76,6 +76,7 @@ for _name, _module, _brief in (
     ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),
     ("status", status, "Why a rover stopped, asked over its port."),
+    ("flash", flash, "Writes the firmware to the board and asks it for its self-test."),
     ("doctor", doctor, "What is installed, what is connected."),
 ):
     app.command(_name, help=_module.HELP, short_help=_brief)(_module.command)

@@ -9,7 +9,7 @@ from rover.link.handshake import Identity
 from rover.link.port import DEFAULT_BAUD, open_frames
 from rover.link.session import STEP, Link
 from rover.link.statistics import LinkFigures
-from rover.link.telemetry import Battery, FirmwareState
+from rover.link.telemetry import Battery, FirmwareState, SonarRange
 
 LISTEN = 0.7
 """Seconds to listen after the handshake: the battery is told twice a second."""
@@ -39,6 +39,8 @@ class Answer:
     state: FirmwareState
     battery: Battery | None
     figures: LinkFigures
+    sonars: dict[int, str]
+    """Last status of each sensor that has told one, by its number."""
 
     @property
     def meaning(self) -> str:
@@ -62,13 +64,16 @@ def ask(port: str, baud: int = DEFAULT_BAUD) -> Answer:
     try:
         identity = link.connect()
         battery: Battery | None = None
+        sonars: dict[int, str] = {}
         end = clock.now() + LISTEN
         while clock.now() < end:
             for event in link.poll():
                 if isinstance(event, Battery):
                     battery = event
+                elif isinstance(event, SonarRange):
+                    sonars[event.sensor] = event.status
             clock.advance(clock.now() + STEP)
         assert link.state is not None  # connect waits for it
-        return Answer(identity, link.state, battery, link.figures())
+        return Answer(identity, link.state, battery, link.figures(), sonars)
     finally:
         link.close()

@@ -1,0 +1,111 @@
+"""`rover flash` from a drive, and from a running rover: the sitl rig plays the board that comes up."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from rover.errors import RoverError
+from rover.link import boot_drive, flashing
+from rover.link.lockstep import RigOptions, RigProcess
+from rover.mission.config import load
+
+from ..link.uf2_file import boot_drive as mount
+from ..link.uf2_file import uf2_file
+
+
+@pytest.fixture
+def firmware(tmp_path) -> Path:
+    return uf2_file(tmp_path / "rover-pico.uf2", 99)
+
+
+@pytest.fixture
+def mounts(tmp_path, monkeypatch) -> Path:
+    """Where drives are looked for; no other board and no other rover is seen."""
+    monkeypatch.setattr(boot_drive, "MOUNT_PATTERNS", (f"{tmp_path}/media/*",))
+    monkeypatch.setattr(flashing, "rover_ports", list)
+    monkeypatch.setattr(flashing, "has_probe", lambda: False)
+    monkeypatch.setattr(flashing, "unmounted", lambda: None)
+    return tmp_path / "media"
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory):
+    pytest.importorskip("rover_hil")
+    options = RigOptions(load("demo").path, "sitl", 1, free_run=True)
+    try:
+        rig = RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log")
+    except RoverError as error:
+        pytest.skip(f"the sitl rig does not start: {error}")
+    yield rig.port
+    rig.stop()
+
+
+def test_without_a_board_it_says_what_to_do(rover, mounts, firmware) -> None:
+    result = rover("flash", "--file", firmware)
+    assert result.code == 3
+    for help_of in ("BOOTSEL", "--port", "probe-rs"):
+        assert help_of in result.err
+    assert result.err.count("\n") == 1
+
+
+def test_a_folder_that_is_no_drive_is_said_to_be_none(rover, mounts, firmware, tmp_path) -> None:
+    result = rover("flash", "--file", firmware, "--drive", tmp_path)
+    assert result.code == 3
+    assert "no INFO_UF2.TXT" in result.err
+
+
+def test_a_file_that_is_no_firmware_is_bad_input(rover, mounts, tmp_path) -> None:
+    (tmp_path / "x.uf2").write_bytes(b"nonsense")
+    assert rover("flash", "--file", tmp_path / "x.uf2").code == 2
+
+
+def test_a_firmware_for_another_board_is_bad_input(rover, mounts, firmware) -> None:
+    mount(mounts / "RP2350", "RP2350", "Raspberry Pi RP2350")
+    result = rover("flash", "--file", firmware)
+    assert result.code == 2
+    assert "is for RP2040, and the board" in result.err
+
+
+def test_when_nothing_comes_up_the_writing_is_told_of_all_the_same(rover, mounts, firmware, monkeypatch) -> None:
+    mount(mounts / "RPI-RP2")
+    monkeypatch.setattr(flashing, "_wait", lambda look, timeout: look())
+    result = rover("flash", "--file", firmware)
+    assert result.code == 3
+    assert "is written, and no rover has come up on any USB port" in result.err
+
+
+@pytest.mark.rig("sitl")
+def test_from_a_drive_to_the_self_test(rover, mounts, firmware, port) -> None:
+    folder = mount(mounts / "RPI-RP2")
+    result = rover("flash", "--file", firmware, "--port", port, "--json")
+    told = json.loads(result.out)
+    assert result.code == 0, result.err
+    assert (folder / "rover.uf2").read_bytes() == firmware.read_bytes()
+    assert (told["board"], told["for"], told["written_to"]) == ("Sitl", "RP2040", str(folder))
+    assert [each["name"] for each in told["self_test"] if each["ok"]] == [
+        "state", "faults", "battery", "emergency stop", "sonar left", "sonar centre", "sonar right",
+    ]  # fmt: skip
+
+
+@pytest.mark.rig("sitl")
+def test_a_running_rover_is_told_to_start_its_boot_loader(rover, mounts, firmware, port) -> None:
+    """The drive comes a second after the reboot, as a desktop mounts it; the reset cause shows that there was one."""
+
+    def boot_loader() -> None:
+        time.sleep(1.5)
+        mount(mounts / "RPI-RP2")
+
+    thread = threading.Thread(target=boot_loader)
+    thread.start()
+    result = rover("flash", "--file", firmware, "--port", port)
+    thread.join()
+    assert result.code == 0, result.err
+    assert "telling the rover on" in result.err
+    assert (mounts / "RPI-RP2" / "rover.uf2").exists()
+    assert "sonar centre" in result.out
+    status = json.loads(rover("status", "--port", port, "--json").out)
+    assert status["reset_cause"] == "Software"

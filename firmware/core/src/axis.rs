@@ -4,6 +4,8 @@
 //! 1e-15 m/tick^3 and needs no conversion. Velocity is held doubled and position six-fold, which makes the step of a
 //! whole tick free of division, hence exact: p += v + a/2 + j/6, v += a + j/2, a += j.
 
+use crate::fixed_point::{product, saturated, upper};
+
 /// Six-fold position of one whole metre (or radian).
 const WHOLE: i64 = 6_000_000_000_000_000;
 
@@ -72,6 +74,31 @@ impl Axis {
     /// um/s^2 or urad/s^2, rounded down.
     pub fn acceleration_micro(&self) -> i64 {
         self.a.div_euclid(1000)
+    }
+
+    /// The position as whole metres (or radians) and nm (or nrad) beyond, to 2 of these.
+    pub fn whole_and_nano(&self) -> (i32, i32) {
+        // 2^22 / 6e6 with 31 bits of fraction; `p6` has 53 bits, so that 31 are left.
+        let nano = product((self.p6 >> 22) as i32, 1_501_199_876) >> 31;
+        (self.whole, nano as i32)
+    }
+
+    /// um/s or urad/s for control: exactly zero at rest, otherwise to 1 of these.
+    pub fn quick_velocity(&self) -> i32 {
+        // 2^12 / 2e6 with 32 bits of fraction.
+        upper(saturated(self.v2 >> 12), 8_796_093)
+    }
+
+    /// um/s or urad/s, never smaller than the truth when forwards, and not positive otherwise.
+    pub fn velocity_above(&self) -> i64 {
+        let margin = if self.v2 > 0 { 2 } else { 0 };
+        i64::from(self.quick_velocity()) + margin
+    }
+
+    /// um/s^2 or urad/s^2 for control, as [`Self::quick_velocity`].
+    pub fn quick_acceleration(&self) -> i32 {
+        // 2^6 / 1000 with 32 bits of fraction.
+        upper(saturated(self.a >> 6), 274_877_907)
     }
 
     /// An axis under way, for tests: um/s and um/s^2.
@@ -164,6 +191,38 @@ mod tests {
                 axis.partial(jerk, us);
                 assert_eq!((axis.p6, axis.v2, axis.a), expected, "us {us}");
             }
+        }
+    }
+
+    #[test]
+    fn what_control_goes_by_is_the_exact_state_to_two_nanometres_and_one_micrometre_per_second() {
+        for n in -2_000..2_000_i64 {
+            let axis = Axis {
+                whole: (n / 7) as i32,
+                p6: n * 2_999_999_999_123,
+                v2: n * 3_999_999_877,
+                a: n * 24_999_871,
+            };
+            let (whole, nano) = axis.whole_and_nano();
+            let position = i64::from(whole) * 1_000_000_000 + i64::from(nano);
+            assert!((position - axis.position_nano()).abs() <= 2, "{axis:?}");
+            let velocity = i64::from(axis.quick_velocity());
+            assert!((velocity - axis.velocity_micro()).abs() <= 1, "{axis:?}");
+            let acceleration = i64::from(axis.quick_acceleration());
+            assert!((acceleration - axis.acceleration_micro()).abs() <= 1);
+        }
+        assert_eq!(Axis::default().quick_velocity(), 0);
+        for v2 in [1, 4_095, 2_000_000, 999_999_999_999] {
+            let forwards = Axis {
+                v2,
+                ..Axis::default()
+            };
+            assert!(forwards.velocity_above() * 2_000_000 >= v2);
+            let backwards = Axis {
+                v2: -v2,
+                ..Axis::default()
+            };
+            assert!(backwards.velocity_above() <= 0);
         }
     }
 

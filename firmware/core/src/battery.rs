@@ -1,7 +1,7 @@
 //! Battery voltage: filtered, its lowest value, and whether it is too low to drive.
 
 /// Hysteresis of the low-voltage condition.
-const RECOVERY_MV: i64 = 300;
+const RECOVERY_MV: i32 = 300;
 /// The filter starts at the first sample and has settled after this many.
 const SETTLED_TICKS: u16 = 64;
 
@@ -17,7 +17,7 @@ pub struct Battery {
 
 impl Battery {
     /// One tick; `limit_mv` must be undercut for `delay_us`, since motors starting pull the voltage down briefly.
-    pub fn tick(&mut self, now_us: u64, sample_mv: u16, limit_mv: i64, delay_us: u64) {
+    pub fn tick(&mut self, now_us: u64, sample_mv: u16, limit_mv: i32, delay_us: u64) {
         if self.ticks == 0 {
             self.filtered = u32::from(sample_mv) * 64;
             self.minimum_mv = sample_mv;
@@ -27,7 +27,7 @@ impl Battery {
         if self.ticks > SETTLED_TICKS {
             self.minimum_mv = self.minimum_mv.min(self.voltage_mv());
         }
-        let voltage = i64::from(self.voltage_mv());
+        let voltage = i32::from(self.voltage_mv());
         if voltage >= limit_mv {
             self.below_since_us = None;
             self.low &= voltage < limit_mv + RECOVERY_MV;

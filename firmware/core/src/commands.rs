@@ -2,55 +2,24 @@
 //! idempotent or carry a token, a counter or an index.
 
 use rover_protocol::messages as m;
-use rover_protocol::messages::{
-    fault_code, parameter_command_command as parameter_command,
-    parameter_value_status as parameter_status,
-};
+use rover_protocol::messages::fault_code;
 use rover_protocol::Message;
 
-use crate::axis::Limits;
 use crate::clock;
 use crate::controller::Core;
 use crate::io::Reboot;
 use crate::link::Wire;
-use crate::motion::{MotionLimits, Refusal};
-use crate::parameters::{Parameter, ParameterError, Parameters};
+use crate::motion::Refusal;
 use crate::segment_inbox::Receipt;
-use crate::storage::{self, Flash};
 use crate::supervisor::{Event, State};
 
 const RESTART: u32 = 0x5242_4F54;
 const BOOTLOADER: u32 = 0x424F_4F54;
-/// Identifier in the answer to a ParameterCommand; the value is the command.
-const ALL_PARAMETERS: u16 = u16::MAX;
 const VERSION: [u8; 3] = [
     decimal(env!("CARGO_PKG_VERSION_MAJOR")),
     decimal(env!("CARGO_PKG_VERSION_MINOR")),
     decimal(env!("CARGO_PKG_VERSION_PATCH")),
 ];
-
-/// What a ParameterCommand wants of the board's flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StorageOrder {
-    Save,
-    Load,
-}
-
-impl StorageOrder {
-    /// False when the flash failed or holds nothing.
-    pub(crate) fn carry_out(self, parameters: &mut Parameters, flash: &mut impl Flash) -> bool {
-        match self {
-            Self::Save => storage::save(flash, parameters).is_ok(),
-            Self::Load => match storage::load(flash) {
-                Some(loaded) => {
-                    *parameters = loaded;
-                    true
-                }
-                None => false,
-            },
-        }
-    }
-}
 
 impl Core {
     /// Dispatch one message that came in at `now_us`. Unknown ones and wrong lengths move a counter.
@@ -104,12 +73,7 @@ impl Core {
             }
             m::Hello::ID => self.hello(&m::Hello::read(payload)?, wire),
             m::ParameterGet::ID => {
-                let identifier = m::ParameterGet::read(payload)?.identifier;
-                let result = self.parameters.get(identifier);
-                self.answer_parameter(
-                    identifier,
-                    result.err().map_or(parameter_status::OK, status),
-                );
+                self.parameter_get(m::ParameterGet::read(payload)?.identifier);
             }
             m::ParameterSet::ID => self.parameter_set(&m::ParameterSet::read(payload)?),
             m::ParameterCommand::ID => {
@@ -141,8 +105,8 @@ impl Core {
         {
             return;
         }
-        let limit_mv = self.parameters.value(Parameter::LowVoltageMv);
-        let empty = self.battery.is_low() || i64::from(self.battery.voltage_mv()) < limit_mv;
+        let limit_mv = self.settings.low_voltage_mv;
+        let empty = self.battery.is_low() || i32::from(self.battery.voltage_mv()) < limit_mv;
         let resting = matches!(self.supervisor.state(), State::Disarmed | State::Latched);
         let objections = u32::from(!self.handshake)
             | u32::from(self.emergency_input) << 1
@@ -217,16 +181,17 @@ impl Core {
 
     /// Accept what is complete; also called every tick, for segments that waited for room.
     pub(crate) fn accept_segments(&mut self) {
-        self.accept_segments_at(self.now_us);
+        if self.inbox.is_begun() {
+            self.accept_segments_at(self.now_us);
+        }
     }
 
     fn accept_segments_at(&mut self, now_us: u64) {
         if !self.supervisor.accepts_motion() {
             return;
         }
-        let limits = self.motion_limits();
         while let Some((segment, start_us)) = self.inbox.complete() {
-            match self.motion.accept(segment, start_us, &limits) {
+            match self.motion.accept(segment, start_us, &self.settings.motion) {
                 Ok(()) => {
                     self.inbox.take();
                     self.fed_us = now_us;
@@ -256,66 +221,6 @@ impl Core {
         self.rejected = self.rejected.saturating_add(1);
     }
 
-    fn parameter_set(&mut self, set: &m::ParameterSet) {
-        let status = if self.supervisor.is_powered() {
-            parameter_status::REFUSED_WHILE_ARMED
-        } else {
-            let result = self.parameters.set(set.identifier, set.value);
-            result.err().map_or(parameter_status::OK, status)
-        };
-        self.answer_parameter(set.identifier, status);
-    }
-
-    /// Answers with the value that holds now, 0 for a parameter that does not exist.
-    fn answer_parameter(&mut self, identifier: u16, status: u8) {
-        self.link.send_urgent(&m::ParameterValue {
-            identifier,
-            value: self.parameters.get(identifier).unwrap_or(0),
-            status,
-        });
-    }
-
-    /// Save and load wait for the board; everything else is answered here.
-    fn parameter_command(&mut self, command: u8) {
-        let status = match command {
-            _ if self.supervisor.is_powered() => parameter_status::REFUSED_WHILE_ARMED,
-            parameter_command::DEFAULTS => {
-                self.parameters = Parameters::default();
-                parameter_status::OK
-            }
-            parameter_command::SAVE | parameter_command::LOAD if self.has_storage => {
-                self.storage_order = Some(match command {
-                    parameter_command::SAVE => StorageOrder::Save,
-                    _ => StorageOrder::Load,
-                });
-                return;
-            }
-            parameter_command::SAVE | parameter_command::LOAD => parameter_status::STORAGE_ERROR,
-            _ => parameter_status::UNKNOWN_PARAMETER,
-        };
-        self.answer_parameter_command(command, status);
-    }
-
-    pub(crate) fn answer_storage(&mut self, order: StorageOrder, done: bool) {
-        let command = match order {
-            StorageOrder::Save => parameter_command::SAVE,
-            StorageOrder::Load => parameter_command::LOAD,
-        };
-        let status = match done {
-            true => parameter_status::OK,
-            false => parameter_status::STORAGE_ERROR,
-        };
-        self.answer_parameter_command(command, status);
-    }
-
-    fn answer_parameter_command(&mut self, command: u8, status: u8) {
-        self.link.send_urgent(&m::ParameterValue {
-            identifier: ALL_PARAMETERS,
-            value: i32::from(command),
-            status,
-        });
-    }
-
     fn reboot_wanted(&mut self, magic: u32) {
         if self.supervisor.is_powered() {
             return;
@@ -325,35 +230,6 @@ impl Core {
             BOOTLOADER => self.reboot = Some(Reboot::Bootloader),
             _ => {}
         }
-    }
-
-    pub(crate) fn motion_limits(&self) -> MotionLimits {
-        let value = |parameter| self.parameters.value(parameter);
-        MotionLimits {
-            travel: Limits {
-                velocity: value(Parameter::MaxTravelVelocity),
-                acceleration: value(Parameter::MaxTravelAcceleration),
-            },
-            heading: Limits {
-                velocity: value(Parameter::MaxHeadingVelocity),
-                acceleration: value(Parameter::MaxHeadingAcceleration),
-            },
-            stop_travel: (
-                value(Parameter::StopTravelAcceleration),
-                value(Parameter::StopTravelJerk),
-            ),
-            stop_heading: (
-                value(Parameter::StopHeadingAcceleration),
-                value(Parameter::StopHeadingJerk),
-            ),
-        }
-    }
-}
-
-fn status(error: ParameterError) -> u8 {
-    match error {
-        ParameterError::Unknown => parameter_status::UNKNOWN_PARAMETER,
-        ParameterError::OutOfRange => parameter_status::OUT_OF_RANGE,
     }
 }
 

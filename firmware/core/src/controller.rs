@@ -3,38 +3,41 @@
 use rover_protocol::messages::{fault_code, State as StateMessage};
 
 use crate::battery::Battery;
-use crate::commands::StorageOrder;
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
-use crate::guard;
 use crate::indicator::indicate;
 use crate::io::{reset_cause, Identity, Inputs, Outputs, Reboot};
 use crate::link::{Link, OutgoingFrame, Wire};
 use crate::log::Log;
-use crate::motion::{Motion, Progress};
-use crate::odometry::{Odometry, WheelGeometry};
-use crate::parameters::{Parameter, Parameters};
+use crate::motion::{Motion, Progress, Reference};
+use crate::odometry::Odometry;
+use crate::parameter_service::StorageOrder;
+use crate::parameters::Parameters;
 use crate::segment_inbox::SegmentInbox;
+use crate::settings::Settings;
 use crate::sonar::Sonar;
-use crate::storage::{self, Flash};
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::telemetry::Schedule;
 use crate::test_mode::Injection;
-use crate::wheels::{wheel_references, Gains, Wheel, WheelReference};
+use crate::wheels::{wheel_references, Wheel, WheelReference};
 
 /// Ticks before the first state that commands can change.
 const BOOT_TICKS: u32 = 10;
 /// A gap between two ticks beyond which the control loop cannot be trusted.
 const LONGEST_GAP_US: u64 = 50_000;
 /// After a stop the motors go off when the wheels are slower than this, or after the time below.
-const STANDING_UM_S: i64 = 15_000;
+const STANDING_UM_S: i32 = 15_000;
 const SETTLE_US: u64 = 300_000;
+/// Ticks between two looks at what LED and buzzer should do.
+const INDICATOR_STRIDE: u32 = 10;
 
 /// Everything that the rover's firmware knows.
 #[derive(Debug)]
 pub struct Core {
     pub(crate) identity: Identity,
     pub(crate) parameters: Parameters,
+    /// Worked out from the parameters; see [`Core::parameters_changed`].
+    pub(crate) settings: Settings,
     pub(crate) link: Link,
     pub(crate) log: Log,
     pub(crate) schedule: Schedule,
@@ -44,6 +47,9 @@ pub struct Core {
     pub(crate) inbox: SegmentInbox,
     pub(crate) odometry: Odometry,
     pub(crate) wheels: [Wheel; 2],
+    /// What the wheels should do, and the motion that it was worked out from.
+    references: [WheelReference; 2],
+    split: Reference,
     pub(crate) drive_check: DriveCheck,
     pub(crate) sonar: Sonar,
     pub(crate) battery: Battery,
@@ -69,6 +75,8 @@ pub struct Core {
     /// When the jerk-limited stop's reference came to rest.
     still_since_us: Option<u64>,
     last_state: StateMessage,
+    /// LED and buzzer.
+    signs: (bool, bool),
 }
 
 impl Core {
@@ -81,6 +89,7 @@ impl Core {
         Self {
             identity,
             faults,
+            settings: Settings::new(&Parameters::default()),
             parameters: Parameters::default(),
             link: Link::default(),
             log: Log::default(),
@@ -90,6 +99,8 @@ impl Core {
             inbox: SegmentInbox::default(),
             odometry: Odometry::default(),
             wheels: [Wheel::default(), Wheel::default()],
+            references: Default::default(),
+            split: Reference::default(),
             drive_check: DriveCheck::default(),
             sonar: Sonar::default(),
             battery: Battery::default(),
@@ -109,6 +120,7 @@ impl Core {
             state_since_us: 0,
             still_since_us: None,
             last_state: StateMessage::default(),
+            signs: (false, false),
         }
     }
 
@@ -149,30 +161,6 @@ impl Core {
         self.reboot.take()
     }
 
-    /// Take the parameters that were saved, and from now on save them there. Once, before the first tick.
-    pub fn attach_storage(&mut self, flash: &mut impl Flash) {
-        self.has_storage = true;
-        if let Some(parameters) = storage::load(flash) {
-            self.parameters = parameters;
-        }
-    }
-
-    /// Carry out a save or load that was asked for and allowed, if any, and answer it. The motors are off then, so
-    /// the flash may keep the processor for as long as it takes.
-    pub fn serve_storage(&mut self, flash: &mut impl Flash) {
-        let Some(order) = self.storage_order.take() else {
-            return;
-        };
-        // Armed since then, in the very same tick.
-        let done = !self.supervisor.is_powered() && order.carry_out(&mut self.parameters, flash);
-        self.answer_storage(order, done);
-    }
-
-    /// Whether [`Core::serve_storage`] has something to do.
-    pub fn wants_storage(&self) -> bool {
-        self.storage_order.is_some()
-    }
-
     /// One millisecond.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         let gap_us = inputs.now_us.saturating_sub(self.now_us);
@@ -195,7 +183,10 @@ impl Core {
         self.report();
         let powered = self.supervisor.is_powered();
         let [left, right] = &self.wheels;
-        let (led, buzzer) = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
+        if self.ticks.is_multiple_of(INDICATOR_STRIDE) {
+            self.signs = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
+        }
+        let (led, buzzer) = self.signs;
         self.withheld(Outputs {
             duty_left: if powered { left.duty() } else { 0 },
             duty_right: if powered { right.duty() } else { 0 },
@@ -208,26 +199,24 @@ impl Core {
 
     /// Measurements: battery, encoders, sonar. Returns the encoders' steps and the sensor to ping.
     fn sense(&mut self, inputs: &Inputs) -> ([i32; 2], Option<u8>) {
-        let p = &self.parameters;
-        let low_after_us = p.value(Parameter::LowVoltageMs).unsigned_abs() * 1000;
-        let limit_mv = p.value(Parameter::LowVoltageMv);
-        self.battery
-            .tick(self.now_us, inputs.battery_mv, limit_mv, low_after_us);
-        let geometry = WheelGeometry {
-            count_pm: [
-                p.value(Parameter::CountLeftPm),
-                p.value(Parameter::CountRightPm),
-            ],
-            track_um: p.value(Parameter::TrackUm),
-        };
+        let settings = &self.settings;
+        self.battery.tick(
+            self.now_us,
+            inputs.battery_mv,
+            settings.low_voltage_mv,
+            settings.low_voltage_delay_us,
+        );
         let counts = [inputs.encoder_left, inputs.encoder_right];
-        let steps = self.odometry.update(counts, &geometry);
+        let steps = self.odometry.update(counts, &settings.geometry);
         for (wheel, way_nm) in self.wheels.iter_mut().zip(self.odometry.way_nm()) {
             wheel.measure(way_nm);
         }
-        let slot_us = p.value(Parameter::SonarSlotMs).unsigned_abs() * 1000;
-        let sound = p.value(Parameter::SoundSpeed);
-        let (trigger, ranging) = self.sonar.tick(self.now_us, inputs.sonar, slot_us, sound);
+        let (trigger, ranging) = self.sonar.tick(
+            self.now_us,
+            inputs.sonar,
+            settings.sonar_slot_us,
+            settings.sound_speed,
+        );
         if let Some(ranging) = ranging {
             self.report_ranging(&ranging);
         }
@@ -253,19 +242,19 @@ impl Core {
         if !self.supervisor.accepts_motion() {
             return;
         }
-        let patience_us = self.parameters.value(Parameter::DeadManMs).unsigned_abs() * 1000;
-        if self.now_us.saturating_sub(self.fed_us) > patience_us {
+        if self.now_us.saturating_sub(self.fed_us) > self.settings.dead_man_us {
             self.faults.raise(fault_code::DEAD_MAN, 0);
             self.raise(Event::DeadMan, 0);
         }
-        let velocity = self.motion.reference().travel.velocity_micro();
-        if let Some(sensor) = guard::too_near(&self.sonar, velocity, &self.parameters) {
-            if self.supervisor.state() == State::Moving {
-                let range = u32::from(self.sonar.range_mm(usize::from(sensor)));
-                let detail = range << 8 | u32::from(sensor);
-                self.faults.raise(fault_code::SONAR_GUARD, detail);
-                self.raise(Event::SonarGuard, sensor);
-            }
+        if self.supervisor.state() != State::Moving {
+            return;
+        }
+        let velocity = self.motion.reference().travel.velocity_above();
+        if let Some(sensor) = self.settings.guard.too_near(&self.sonar, velocity) {
+            let range = u32::from(self.sonar.range_mm(usize::from(sensor)));
+            let detail = range << 8 | u32::from(sensor);
+            self.faults.raise(fault_code::SONAR_GUARD, detail);
+            self.raise(Event::SonarGuard, sensor);
         }
     }
 
@@ -304,12 +293,16 @@ impl Core {
         if !self.supervisor.is_powered() {
             return;
         }
-        let references = self.wheel_references();
-        let gains = Gains::new(&self.parameters, self.battery.voltage_mv());
-        for (wheel, reference) in self.wheels.iter_mut().zip(&references) {
-            wheel.control(reference, &gains);
+        if self.split != *self.motion.reference() {
+            self.split_motion();
         }
-        match self.drive_check.tick(steps, &self.wheels, &self.parameters) {
+        let gains = &self.settings.gains;
+        let scale = gains.battery_scale(self.battery.voltage_mv());
+        for (wheel, reference) in self.wheels.iter_mut().zip(&self.references) {
+            wheel.control(reference, gains, scale);
+        }
+        let stall = &self.settings.stall;
+        match self.drive_check.tick(steps, &self.wheels, stall) {
             Verdict::Good => {}
             Verdict::Stall(wheel) => {
                 self.faults.raise(fault_code::STALL, u32::from(wheel));
@@ -322,11 +315,9 @@ impl Core {
         }
     }
 
-    fn wheel_references(&self) -> [WheelReference; 2] {
-        wheel_references(
-            self.motion.reference(),
-            self.parameters.value(Parameter::TrackUm),
-        )
+    fn split_motion(&mut self) {
+        self.split = *self.motion.reference();
+        self.references = wheel_references(&self.split, &self.settings.half_track);
     }
 
     /// Put an event to the supervisor and carry out what its table says.
@@ -340,7 +331,7 @@ impl Core {
                 self.wheels.iter_mut().for_each(Wheel::release);
             }
             Action::Brake => {
-                self.motion.stop(&self.motion_limits());
+                self.motion.stop(&self.settings.motion);
                 self.inbox.flush();
                 self.still_since_us = None;
             }
@@ -354,8 +345,8 @@ impl Core {
     fn power_on(&mut self) {
         self.motion.cut();
         self.inbox.flush();
-        let references = self.wheel_references();
-        for (wheel, reference) in self.wheels.iter_mut().zip(&references) {
+        self.split_motion();
+        for (wheel, reference) in self.wheels.iter_mut().zip(&self.references) {
             wheel.reset(reference);
         }
         self.drive_check.reset();

@@ -3,7 +3,7 @@
 //! Without a current sensor a blocked wheel and a silent encoder look alike from one wheel alone. An encoder is blamed
 //! when it jumps, counts against a high duty, or has not counted once since arming while the other wheel has driven.
 
-use crate::parameters::{Parameter, Parameters};
+use crate::settings::Stall;
 use crate::wheels::Wheel;
 
 /// More than this in one tick is 4 m/s: no wheel does that.
@@ -39,18 +39,18 @@ impl DriveCheck {
     }
 
     /// One tick while the motors are powered: counts of this tick, and the wheels after their measurement.
-    pub fn tick(&mut self, steps: [i32; 2], wheels: &[Wheel; 2], p: &Parameters) -> Verdict {
+    pub fn tick(&mut self, steps: [i32; 2], wheels: &[Wheel; 2], limits: &Stall) -> Verdict {
         for ((watch, step), wheel) in self.watches.iter_mut().zip(steps).zip(wheels) {
             watch.counted = watch.counted.saturating_add(step.unsigned_abs());
-            let (duty, velocity) = (i64::from(wheel.duty()), wheel.velocity_um_s());
-            let strained = duty.abs() >= p.value(Parameter::StallDuty);
-            let bound = p.value(Parameter::StallVelocity);
+            let (duty, velocity) = (i32::from(wheel.duty()), wheel.velocity_um_s());
+            let strained = duty.abs() >= limits.duty;
+            let bound = limits.velocity;
             count_while(&mut watch.stalled_ticks, strained && velocity.abs() < bound);
             let against = velocity.abs() > bound && velocity.signum() != duty.signum();
             count_while(&mut watch.backward_ticks, strained && against);
         }
-        let patience = p.value(Parameter::StallMs).unsigned_abs() as u32;
-        let limit_um = p.value(Parameter::FollowingErrorUm);
+        let patience = limits.ticks;
+        let limit_um = limits.following_error_um;
         let others = [self.watches[1], self.watches[0]];
         for (number, (((watch, other), step), wheel)) in (0..).zip(
             self.watches

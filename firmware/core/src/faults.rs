@@ -21,14 +21,14 @@ const REPORT_PERIOD_US: u64 = 100_000;
 struct Record {
     count: u16,
     detail: u32,
-    /// Changed since the last report.
-    fresh: bool,
     reported_us: Option<u64>,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
     active: u16,
+    /// Changed since the last report.
+    fresh: u16,
     records: [Record; CODES],
 }
 
@@ -38,7 +38,7 @@ impl Faults {
         if let Some(record) = self.records.get_mut(usize::from(code)) {
             record.count = record.count.saturating_add(1);
             record.detail = detail;
-            record.fresh = true;
+            self.fresh |= bit(code);
         }
     }
 
@@ -62,9 +62,7 @@ impl Faults {
     fn clear(&mut self, code: u8) {
         if self.active & bit(code) != 0 {
             self.active &= !bit(code);
-            if let Some(record) = self.records.get_mut(usize::from(code)) {
-                record.fresh = true;
-            }
+            self.fresh |= bit(code);
         }
     }
 
@@ -82,16 +80,19 @@ impl Faults {
 
     /// The next report that is due, if any; it counts as sent.
     pub fn report(&mut self, now_us: u64) -> Option<Fault> {
-        let active = self.active;
-        let (code, record) = self.records.iter_mut().enumerate().find(|(_, record)| {
+        if self.fresh == 0 {
+            return None;
+        }
+        let (active, fresh) = (self.active, self.fresh);
+        let (code, record) = self.records.iter_mut().enumerate().find(|(code, record)| {
             let waits = record
                 .reported_us
                 .is_some_and(|at| now_us.saturating_sub(at) < REPORT_PERIOD_US);
-            record.fresh && !waits
+            fresh & bit(*code as u8) != 0 && !waits
         })?;
-        record.fresh = false;
-        record.reported_us = Some(now_us);
         let code = code as u8;
+        self.fresh &= !bit(code);
+        record.reported_us = Some(now_us);
         Some(Fault {
             code,
             active: u8::from(active & bit(code) != 0),

@@ -11,6 +11,8 @@ use crate::stop::AxisStop;
 /// Segments that may wait behind the running one.
 pub const QUEUE: usize = 64;
 const SHORTEST_US: u32 = 1000;
+/// From one advance to the next, as a rule.
+const TICK_US: u32 = 1000;
 /// What may be left of velocity (um/s, urad/s) and acceleration at the end of a segment that claims to rest.
 const REST_RESIDUE: [Limits; 2] = [
     Limits {
@@ -101,6 +103,8 @@ struct Running {
     start_us: u64,
     /// Whole milliseconds of it that `base` already holds.
     done_ms: u32,
+    /// What is left of it after the last advance, if `now` is inside of it.
+    left_us: u32,
 }
 
 /// What the queue ends with: the state from which the next segment would go on.
@@ -202,6 +206,9 @@ impl Motion {
             }
             return Progress::Stopping;
         }
+        if passed_us == TICK_US && self.step() {
+            return Progress::Running;
+        }
         loop {
             let Some(running) = self.running.or_else(|| self.next_run(now_us)) else {
                 return Progress::Idle;
@@ -227,6 +234,21 @@ impl Motion {
             } else if self.queue.is_empty() {
                 self.tail = None;
             }
+        }
+    }
+
+    /// One whole tick within the running segment, which is nearly every tick: two polynomials in steps, no division.
+    /// False when the segment ends before, and nothing has changed.
+    fn step(&mut self) -> bool {
+        match &mut self.running {
+            Some(running) if running.left_us > TICK_US => {
+                running.left_us -= TICK_US;
+                running.done_ms += 1;
+                self.base.step(&running.segment);
+                self.now.step(&running.segment);
+                true
+            }
+            _ => false,
         }
     }
 
@@ -294,6 +316,7 @@ impl Motion {
             running.done_ms += 1;
         }
         if elapsed_us < u64::from(segment.duration_us) {
+            running.left_us = segment.duration_us.saturating_sub(until_us);
             self.now = self.base;
             self.now.partial(&segment, until_us % 1000);
             return Some(running);
@@ -311,6 +334,7 @@ fn start(segment: Segment, start_us: u64) -> Running {
         segment,
         start_us,
         done_ms: 0,
+        left_us: 0,
     }
 }
 

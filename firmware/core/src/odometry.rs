@@ -1,20 +1,41 @@
 //! Dead reckoning from the encoders, in integers: heading from the difference of the wheels' whole ways, so that it
-//! never drifts by rounding, and position by the chord of every tick.
+//! never drifts by rounding, and position by the chord of every ten milliseconds.
 
+use crate::fixed_point::{product, saturated};
 use crate::trigonometry::{sine_cosine, ONE};
 
+/// Ticks between two steps of the dead reckoning: at 2.5 rad/s the chord is 26 millionths shorter than the arc.
+const STRIDE: u32 = 10;
+
 /// Sizes that turn counts into ways.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct WheelGeometry {
     /// pm per count.
-    pub count_pm: [i64; 2],
-    pub track_um: i64,
+    count_pm: [i64; 2],
+    /// nm per count, 10 bits of fraction.
+    count_nm: [i32; 2],
+    track_um: i64,
+}
+
+impl WheelGeometry {
+    pub fn new(count_pm: [i64; 2], track_um: i64) -> Self {
+        Self {
+            count_pm,
+            count_nm: count_pm.map(|pm| saturated(((pm << 10) + 500) / 1000)),
+            track_um,
+        }
+    }
 }
 
 /// Pose since boot.
 #[derive(Clone, Debug, Default)]
 pub struct Odometry {
     last_counts: Option<[i32; 2]>,
+    /// Cumulative way of each wheel for control: nm, 10 bits of fraction.
+    way_nm: [i64; 2],
+    /// Counts that the dead reckoning has not taken yet, and for how many ticks.
+    pending: [i64; 2],
+    pending_ticks: u32,
     /// Cumulative counts, unwrapped.
     counts: [i64; 2],
     /// Cumulative way of each wheel in pm.
@@ -27,20 +48,37 @@ pub struct Odometry {
 impl Odometry {
     /// Take the encoders' counts (left, right; they wrap). Returns the counts since the last call.
     pub fn update(&mut self, counts: [i32; 2], geometry: &WheelGeometry) -> [i32; 2] {
-        let last = self.last_counts.replace(counts).unwrap_or(counts);
+        let [last_left, last_right] = self.last_counts.replace(counts).unwrap_or(counts);
         let [left, right] = counts;
-        let steps = [left.wrapping_sub(last[0]), right.wrapping_sub(last[1])];
-        if steps == [0, 0] {
-            return steps;
-        }
-        let mut ways = [0; 2];
-        for (i, way) in ways.iter_mut().enumerate() {
-            let step = steps.get(i).copied().map_or(0, i64::from);
-            *way = step * geometry.count_pm.get(i).copied().unwrap_or(0);
-            if let (Some(count), Some(sum)) = (self.counts.get_mut(i), self.way_pm.get_mut(i)) {
-                *count = count.wrapping_add(step);
-                *sum = sum.wrapping_add(*way);
+        let steps = [left.wrapping_sub(last_left), right.wrapping_sub(last_right)];
+        if steps != [0, 0] {
+            let sums = self.pending.iter_mut().zip(&mut self.way_nm);
+            for (((pending, way), step), count_nm) in sums.zip(steps).zip(geometry.count_nm) {
+                *pending += i64::from(step);
+                *way = way.wrapping_add(product(step, count_nm));
             }
+        }
+        self.pending_ticks += 1;
+        if self.pending_ticks >= STRIDE {
+            self.integrate(geometry);
+        }
+        steps
+    }
+
+    /// Bring the pose up to the last counts. `update` does it now and then; before the pose is told it must be done.
+    pub fn integrate(&mut self, geometry: &WheelGeometry) {
+        self.pending_ticks = 0;
+        let steps = core::mem::take(&mut self.pending);
+        if steps == [0, 0] {
+            return;
+        }
+        let mut chord = 0;
+        let sums = self.counts.iter_mut().zip(&mut self.way_pm);
+        for (((count, sum), step), count_pm) in sums.zip(steps).zip(geometry.count_pm) {
+            let way = step.saturating_mul(count_pm);
+            *count = count.wrapping_add(step);
+            *sum = sum.wrapping_add(way);
+            chord += way / 2;
         }
         let before = self.heading_urad;
         // pm / um = urad.
@@ -49,10 +87,8 @@ impl Odometry {
         self.heading_urad = difference.checked_div(geometry.track_um).unwrap_or(0);
         let middle = before.wrapping_add(self.heading_urad) / 2;
         let (sine, cosine) = sine_cosine(middle);
-        let chord = (ways[0] + ways[1]) / 2;
         self.x_pm = self.x_pm.wrapping_add(scale(chord, cosine));
         self.y_pm = self.y_pm.wrapping_add(scale(chord, sine));
-        steps
     }
 
     /// The next counts are where the wheels stand, however far from the last ones.
@@ -65,19 +101,19 @@ impl Odometry {
         self.counts
     }
 
-    /// Cumulative way of each wheel in nm.
-    pub fn way_nm(&self) -> [i64; 2] {
-        self.way_pm.map(|way| way / 1000)
+    /// Way of each wheel in nm, wrapping, up to the last counts.
+    pub fn way_nm(&self) -> [i32; 2] {
+        self.way_nm.map(|way| (way >> 10) as i32)
     }
 
     /// x and y in units of 10 um.
     pub fn position_10um(&self) -> [i32; 2] {
-        [self.x_pm, self.y_pm].map(|pm| saturate(pm / 10_000_000))
+        [self.x_pm, self.y_pm].map(|pm| saturated(pm / 10_000_000))
     }
 
     /// Unwrapped.
     pub fn heading_urad(&self) -> i32 {
-        saturate(self.heading_urad)
+        saturated(self.heading_urad)
     }
 }
 
@@ -87,18 +123,13 @@ fn scale(length_pm: i64, factor: i64) -> i64 {
     (length_pm.clamp(-bound, bound) * factor) >> 30
 }
 
-fn saturate(value: i64) -> i32 {
-    value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const GEOMETRY: WheelGeometry = WheelGeometry {
-        count_pm: [130_899_694, 130_899_694],
-        track_um: 200_000,
-    };
+    fn geometry() -> WheelGeometry {
+        WheelGeometry::new([130_899_694, 130_899_694], 200_000)
+    }
 
     /// The same dead reckoning in floating point.
     fn reference(path: &[[i32; 2]]) -> (f64, f64, f64) {
@@ -126,20 +157,31 @@ mod tests {
         }
         let mut odometry = Odometry::default();
         for counts in &path {
-            odometry.update(*counts, &GEOMETRY);
+            odometry.update(*counts, &geometry());
         }
+        odometry.integrate(&geometry());
         let (x, y, heading) = reference(&path);
         let [x_int, y_int] = odometry.position_10um();
         assert!((f64::from(odometry.heading_urad()) / 1e6 - heading).abs() < 3e-6);
-        assert!((f64::from(x_int) / 1e5 - x).abs() < 3e-4, "{x_int} {x}");
-        assert!((f64::from(y_int) / 1e5 - y).abs() < 3e-4, "{y_int} {y}");
+        // The reference takes a chord every millisecond, and the way is long.
+        let way = path.len() as f64 * 0.2e-3;
+        assert!(
+            (f64::from(x_int) / 1e5 - x).abs() < way * 5e-6,
+            "{x_int} {x}"
+        );
+        assert!(
+            (f64::from(y_int) / 1e5 - y).abs() < way * 5e-6,
+            "{y_int} {y}"
+        );
     }
 
     #[test]
     fn counts_may_wrap() {
         let mut odometry = Odometry::default();
-        odometry.update([i32::MAX - 5, i32::MIN + 5], &GEOMETRY);
-        odometry.update([i32::MIN + 4, i32::MIN + 15], &GEOMETRY);
+        odometry.update([i32::MAX - 5, i32::MIN + 5], &geometry());
+        odometry.update([i32::MIN + 4, i32::MIN + 15], &geometry());
+        assert_eq!(odometry.way_nm(), [1_308_996; 2]);
+        odometry.integrate(&geometry());
         assert_eq!(odometry.counts(), [10, 10]);
         assert_eq!(odometry.heading_urad(), 0);
         assert_eq!(odometry.position_10um(), [130, 0]);
@@ -149,7 +191,8 @@ mod tests {
     fn an_absurd_jump_does_not_panic() {
         let mut odometry = Odometry::default();
         for counts in [[0, 0], [i32::MAX, i32::MIN], [-1, 1], [i32::MIN, i32::MAX]] {
-            odometry.update(counts, &GEOMETRY);
+            odometry.update(counts, &geometry());
+            odometry.integrate(&geometry());
         }
     }
 }

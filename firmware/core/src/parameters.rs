@@ -108,6 +108,24 @@ pub const DEFINITIONS: [Definition; COUNT] = [
     define(Parameter::FollowingErrorUm, "following_error", "um", [40_000, 1_000, 1_000_000]),
 ];
 
+/// Where in the table each identifier is, so that no search is needed.
+const PLACES: [u8; 64] = {
+    let mut places = [0; 64];
+    let mut rest: &[Definition] = &DEFINITIONS;
+    let mut place = 0;
+    while let [definition, tail @ ..] = rest {
+        let identifier = definition.parameter as usize;
+        // Not indexed: a constant expression, checked by the compiler.
+        #[allow(clippy::indexing_slicing)]
+        {
+            places[identifier] = place;
+        }
+        place += 1;
+        rest = tail;
+    }
+    places
+};
+
 /// Why a parameter could not be read or set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParameterError {
@@ -131,7 +149,11 @@ impl Default for Parameters {
 
 impl Parameters {
     pub fn value(&self, parameter: Parameter) -> i64 {
-        self.get(parameter as u16).map_or(0, i64::from)
+        let place = PLACES.get(parameter as usize).copied().unwrap_or(0);
+        self.values
+            .get(usize::from(place))
+            .copied()
+            .map_or(0, i64::from)
     }
 
     /// Value by the identifier on the wire.
@@ -174,6 +196,15 @@ mod tests {
                 "{}",
                 d.name
             );
+        }
+    }
+
+    #[test]
+    fn each_value_is_that_of_its_own_identifier() {
+        let parameters = Parameters::default();
+        for definition in DEFINITIONS {
+            let value = parameters.value(definition.parameter);
+            assert_eq!(value, i64::from(definition.default));
         }
     }
 

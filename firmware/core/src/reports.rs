@@ -18,11 +18,8 @@ impl Core {
             let status = self.motion_status();
             self.link.send_urgent(&status);
         }
-        for place in 0..MESSAGES {
-            let due = self.schedule.take_due(place, self.now_us);
-            if let Some(frame) = due.and_then(|identifier| self.telemetry(identifier)) {
-                self.link.send_routine(frame);
-            }
+        if self.schedule.is_due(self.now_us) {
+            self.send_telemetry();
         }
         let dropped = self.link.take_dropped();
         if dropped > 0 {
@@ -39,6 +36,17 @@ impl Core {
                 self.link.send_routine(OutgoingFrame::of(&piece));
             }
         }
+    }
+
+    fn send_telemetry(&mut self) {
+        self.odometry.integrate(&self.settings.geometry);
+        for place in 0..MESSAGES {
+            let due = self.schedule.take_due(place, self.now_us);
+            if let Some(frame) = due.and_then(|identifier| self.telemetry(identifier)) {
+                self.link.send_routine(frame);
+            }
+        }
+        self.schedule.look_ahead();
     }
 
     /// Sonar is sent when a ping has ended, not by the clock.
@@ -134,7 +142,10 @@ impl Core {
 
     fn velocity(&self) -> m::Velocity {
         let reference = self.motion.reference();
-        let [left, right] = self.wheels.each_ref().map(|wheel| wheel.velocity_um_s());
+        let [left, right] = self
+            .wheels
+            .each_ref()
+            .map(|wheel| i64::from(wheel.velocity_um_s()));
         let track_um = self
             .parameters
             .value(crate::parameters::Parameter::TrackUm)

@@ -58,6 +58,13 @@ impl SegmentInbox {
         self.start = Some((index, start_us));
     }
 
+    /// Whether a half of the expected segment is there: nearly never between two segments.
+    pub fn is_begun(&self) -> bool {
+        self.slots
+            .get(slot_of(self.next_index))
+            .is_some_and(|slot| slot.travel.is_some())
+    }
+
     /// The expected segment, if all of it is there. It stays until `take` or `discard`.
     pub fn complete(&self) -> Option<(Segment, Option<u64>)> {
         let slot = self.slots.get(slot_of(self.next_index))?;

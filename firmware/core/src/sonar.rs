@@ -119,6 +119,13 @@ impl Sonar {
             .map_or(NO_ECHO_MM, Sensor::median_mm)
     }
 
+    /// The nearest of all.
+    pub fn nearest_mm(&self) -> u16 {
+        self.sensors.iter().fold(NO_ECHO_MM, |nearest, sensor| {
+            nearest.min(sensor.median_mm())
+        })
+    }
+
     /// The first sensor that no longer answers.
     pub fn dead(&self) -> Option<u8> {
         self.sensors

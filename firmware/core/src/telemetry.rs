@@ -26,6 +26,8 @@ pub const MESSAGES: usize = 10;
 #[derive(Clone, Debug)]
 pub struct Schedule {
     entries: [Entry; MESSAGES],
+    /// The earliest of all, or earlier.
+    next_us: u64,
     sonar: bool,
 }
 
@@ -44,6 +46,7 @@ impl Default for Schedule {
                 entry(m::MotorDuty::ID, 100, 32),
                 entry(m::LinkStatistics::ID, 1000, 34),
             ],
+            next_us: 0,
             sonar: true,
         }
     }
@@ -63,6 +66,7 @@ impl Schedule {
                     period => period.max(SHORTEST_MS),
                 };
                 entry.due_us = now_us;
+                self.next_us = self.next_us.min(now_us);
                 true
             }
             None => false,
@@ -73,6 +77,20 @@ impl Schedule {
         self.sonar
     }
 
+    /// Whether anything may be due; false nearly always.
+    pub fn is_due(&self, now_us: u64) -> bool {
+        now_us >= self.next_us
+    }
+
+    /// Everything that is due has been taken.
+    pub fn look_ahead(&mut self) {
+        self.next_us = self
+            .entries
+            .iter()
+            .filter(|entry| entry.period_ms != 0)
+            .fold(u64::MAX, |next, entry| next.min(entry.due_us));
+    }
+
     /// Identifier of the message in this place of the table if it is due now; it counts as sent.
     pub fn take_due(&mut self, place: usize, now_us: u64) -> Option<u16> {
         let entry = self.entries.get_mut(place)?;
@@ -80,12 +98,15 @@ impl Schedule {
             return None;
         }
         let period_us = u64::from(entry.period_ms) * 1000;
-        // On the grid of its period; what was missed is not made up for.
-        let late = now_us.saturating_sub(entry.due_us);
-        let periods = late.checked_div(period_us).unwrap_or(0).saturating_add(1);
-        entry.due_us = entry
-            .due_us
-            .saturating_add(periods.saturating_mul(period_us));
+        entry.due_us = entry.due_us.saturating_add(period_us);
+        if entry.due_us <= now_us {
+            // Later than a period: on the grid still, and what was missed is not made up for.
+            let late = now_us.saturating_sub(entry.due_us);
+            let periods = late.checked_div(period_us).unwrap_or(0).saturating_add(1);
+            entry.due_us = entry
+                .due_us
+                .saturating_add(periods.saturating_mul(period_us));
+        }
         Some(entry.identifier)
     }
 

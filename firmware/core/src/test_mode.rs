@@ -8,7 +8,6 @@ use rover_protocol::messages as m;
 use crate::battery::Battery;
 use crate::controller::Core;
 use crate::io::{Inputs, Outputs};
-use crate::parameters::Parameter;
 use crate::sonar::{Sonar, SonarEcho, SENSORS};
 use crate::supervisor::{Event, State};
 
@@ -109,7 +108,7 @@ impl Core {
 
     /// What this tick goes by: the board's measurements, or those of the injector.
     pub(crate) fn measurements(&mut self, inputs: &Inputs) -> Inputs {
-        let patience_us = self.parameters.value(Parameter::DeadManMs).unsigned_abs() * 1000;
+        let patience_us = self.settings.dead_man_us;
         let silent =
             |injection: &Injection| self.now_us.saturating_sub(injection.heard_us) > patience_us;
         if self.injection.as_ref().is_some_and(silent) {

@@ -1,5 +1,7 @@
 //! Sine and cosine in integers: no tables, no floating point, the same bits on every machine.
 
+use crate::fixed_point::product;
+
 /// One in Q30.
 pub const ONE: i64 = 1 << 30;
 /// 2^32 / (2 pi 1e6), in Q32: microradians to binary angle, where 2^32 is a full turn.
@@ -11,10 +13,11 @@ pub fn sine_cosine(angle_urad: i64) -> (i64, i64) {
     let turn = (angle_urad.wrapping_mul(TURN_PER_MICRORADIAN_Q32) >> 32) as u32;
     // To the nearest quarter turn, and what is beyond it: -45 to 45 degrees.
     let quadrant = turn.wrapping_add(1 << 29) >> 30;
-    let rest = i64::from(turn.wrapping_sub(quadrant << 30) as i32);
+    let rest = turn.wrapping_sub(quadrant << 30) as i32;
     // Binary angle to radians in Q30: times 2 pi / 4, as 2^30 is a quarter turn.
-    let x = (rest * 1_686_629_713) >> 30;
+    let x = times(rest, 1_686_629_713);
     let (sine, cosine) = octant(x);
+    let (sine, cosine) = (i64::from(sine), i64::from(cosine));
     match quadrant & 3 {
         0 => (sine, cosine),
         1 => (cosine, -sine),
@@ -24,17 +27,23 @@ pub fn sine_cosine(angle_urad: i64) -> (i64, i64) {
 }
 
 /// Taylor series for |x| <= pi/4 (Q30), by Horner's rule.
-fn octant(x: i64) -> (i64, i64) {
-    let z = (x * x) >> 30;
-    let chain = |divisors: [i64; 4]| {
-        divisors
-            .iter()
-            .fold(ONE, |sum, divisor| ONE - ((z * sum) >> 30) / divisor)
+fn octant(x: i32) -> (i32, i32) {
+    let one = ONE as i32;
+    let z = times(x, x);
+    let chain = |divisors: [i32; 4]| {
+        divisors.iter().fold(one, |sum, divisor| {
+            one - times(times(z, sum), one / divisor)
+        })
     };
     // sin x = x (1 - z/6 (1 - z/20 (1 - z/42 (1 - z/72))))
-    let sine = (x * chain([72, 42, 20, 6])) >> 30;
+    let sine = times(x, chain([72, 42, 20, 6]));
     let cosine = chain([56, 30, 12, 2]);
     (sine, cosine)
+}
+
+/// Product of two numbers in Q30 that stay below 2.
+fn times(a: i32, b: i32) -> i32 {
+    (product(a, b) >> 30) as i32
 }
 
 #[cfg(test)]

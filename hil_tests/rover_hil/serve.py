@@ -16,15 +16,14 @@ from rover.mission.config import Mission, load
 from rover.record.tum import write_tum
 from rover.vision.camera_file import load_camera
 
-from rover_hil.firmware_process import find_binary
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import CAMERA_LATENCY_US, CAMERA_PERIOD_US, build_plant
 from rover_hil.referee import judge_mines, judge_zones
 from rover_hil.rig import Rig
 from rover_hil.server import Server
-from rover_hil.sitl import SitlRig
+from rover_hil.sitl import EmulatorRig, SitlRig
 
-RIGS = ("sitl",)
+RIGS: dict[str, type[SitlRig]] = {"sitl": SitlRig, "emulator": EmulatorRig}
 WIRES = ("serial", "can")
 
 
@@ -47,7 +46,7 @@ def check_rig(name: str) -> None:
     """Raises BadInput for a rig that is not known, PreflightFailed for one whose firmware is not built."""
     if name not in RIGS:
         raise BadInput(f"--rig {name}: not known here; there is {', '.join(RIGS)}")
-    find_binary()
+    RIGS[name].command()
 
 
 def build_rig(mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial") -> Rig:
@@ -65,7 +64,7 @@ def build_rig(mission: Mission, ground: Ground, name: str, seed: int, wire: str 
         "period_us": CAMERA_PERIOD_US,
         "latency_us": CAMERA_LATENCY_US,
     }
-    return SitlRig(build_plant(mission, ground, model, seed), camera, mission.rover.baud, wire)
+    return RIGS[name](build_plant(mission, ground, model, seed), camera, mission.rover.baud, wire)
 
 
 def verdict_of(

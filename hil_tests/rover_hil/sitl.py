@@ -1,4 +1,4 @@
-"""The `sitl` rig: the firmware's core as a desktop process, the plant around it, a pty towards the companion."""
+"""The rigs in lock step: a firmware process, the plant around it, a pty towards the companion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover_plant import Plant
 
-from rover_hil.firmware_process import FirmwareProcess, find_binary
+from rover_hil.firmware_process import FirmwareProcess, emulator_command, sitl_command
 from rover_hil.pty import PseudoTerminal
 from rover_hil.rig import Advance, Mark, RigFailed, RigFrame
 
@@ -23,11 +23,13 @@ class SitlRig:
     """Firmware, plant and port in one virtual time; see `rover_hil.rig.Rig`. Raises PreflightFailed, RigFailed."""
 
     name = "sitl"
+    command = staticmethod(sitl_command)
+    """The firmware's program with its first arguments."""
 
     def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str = "serial") -> None:
         self._plant = plant
         self._camera = camera
-        self._process = FirmwareProcess(find_binary(), baud, wire)
+        self._process = FirmwareProcess(self.command(), baud, wire)
         plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno())
         self._pty = PseudoTerminal()
         self.port = self._pty.name
@@ -107,3 +109,10 @@ class SitlRig:
         self._pty.close()
         self._plant.detach_sitl()
         self._process.close()
+
+
+class EmulatorRig(SitlRig):
+    """The same world around the emulated board, which speaks the same ticks. Raises PreflightFailed, RigFailed."""
+
+    name = "emulator"
+    command = staticmethod(emulator_command)

@@ -3,6 +3,7 @@
 
 mod battery;
 mod camera;
+mod chip;
 mod config;
 mod drive;
 mod faults;
@@ -298,5 +299,8 @@ impl Plant {
 
 #[pymodule]
 fn rover_plant(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<Plant>()
+    module.add_class::<Plant>()?;
+    module.add_class::<chip::Clock>()?;
+    module.add_class::<chip::Alarm>()?;
+    module.add_class::<chip::Processor>()
 }

@@ -16,6 +16,8 @@ pub struct Sensors {
     pub now_us: u64,
     pub counts: [i32; 2],
     pub echo: Option<Echo>,
+    /// The echo that the sensor which was triggered at the last tick is going to hear.
+    pub ping: Option<Echo>,
     pub battery_mv: u16,
     pub emergency_stop: bool,
     /// Bytes of the host that have come over the serial wire so far.
@@ -68,6 +70,10 @@ impl Sitl {
         request[22] = sensors.echo.map_or(NO_SENSOR, |echo| echo.sensor);
         request[23] = u8::from(sensors.emergency_stop);
         request[24..32].copy_from_slice(&sensors.host_bytes_due.to_le_bytes());
+        if let Some(ping) = sensors.ping {
+            request[32] = ping.sensor + 1;
+            request[36..40].copy_from_slice(&ping.echo_us.to_le_bytes());
+        }
         self.requests.write_all(&request).map_err(ended)?;
         let mut reply = [0_u8; REPLY];
         self.replies.read_exact(&mut reply).map_err(ended)?;

@@ -87,6 +87,12 @@ impl Sonar {
         });
     }
 
+    /// The echo that `sensor` is going to hear, for a rig that makes a pulse of it; 0 µs: none.
+    pub fn expected(&self, sensor: u8) -> Option<Echo> {
+        let (_, echo_us) = (*self.pending.get(usize::from(sensor))?)?;
+        Some(Echo { sensor, echo_us })
+    }
+
     /// The echo that has come back by `now_us`, at most one a tick.
     pub fn poll(&mut self, now_us: u64) -> Option<Echo> {
         for (sensor, slot) in self.pending.iter_mut().enumerate() {

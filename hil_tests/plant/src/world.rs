@@ -53,6 +53,8 @@ pub struct World {
     wire: Wire,
     adc: Random,
     sitl: Option<Sitl>,
+    /// Of the last tick's trigger, for the next one's request.
+    ping: Option<Echo>,
     begin: Begin,
     bytes_sent: u64,
     blocked: bool,
@@ -86,6 +88,7 @@ impl World {
             wire: Wire::new(config.baud),
             adc: Random::stream(config.seed, "battery"),
             sitl: None,
+            ping: None,
             begin: Begin::default(),
             bytes_sent: 0,
             blocked: false,
@@ -220,6 +223,7 @@ impl World {
                 now_us: self.now_us - self.begin.now_us,
                 counts: self.drive.counts(),
                 echo: self.poll_echo(),
+                ping: self.ping.take(),
                 battery_mv: self.measure_battery(),
                 emergency_stop: self.emergency_stop,
                 host_bytes_due: self.wire.pass(TICK_US) - self.begin.host_bytes,
@@ -229,6 +233,7 @@ impl World {
             (self.led, self.buzzer) = (actuators.led, actuators.buzzer);
             if let Some(sensor) = actuators.sonar_trigger {
                 self.trigger_sonar(sensor);
+                self.ping = self.sonar.expected(sensor);
             }
             let bytes_sent = self.begin.bytes_sent + actuators.bytes_sent;
             if bytes_sent != self.bytes_sent {

@@ -38,6 +38,9 @@ STATUS_PERIOD = 0.5
 # After the mission's end the rover is disarmed; this long the link may take to confirm it.
 DISARM_TIMEOUT = 2.0
 
+SIMULATED = ("sitl", "emulator")
+"""Rigs that bring their own world, camera and port."""
+
 
 @dataclass
 class Control:
@@ -84,10 +87,10 @@ def run_mission(
 
     Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
     """
-    if rig != "sitl":
-        raise PreflightFailed(f"rig {rig}: no camera source for it yet; the simulated rig is sitl")
+    if rig not in SIMULATED:
+        raise PreflightFailed(f"rig {rig}: no camera source for it yet; there is {', '.join(SIMULATED)}")
     if port is not None:
-        raise BadInput(f"--port {port}: rig sitl makes its own port")
+        raise BadInput(f"--port {port}: rig {rig} makes its own port")
     cv2.setNumThreads(1)
     out.mkdir(parents=True, exist_ok=True)
     _forget_earlier_run(out)

@@ -1,0 +1,86 @@
+"""The rover's electronics around the chip: encoders, bridge, sonars, battery, panel and emergency stop as pins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rover_hil.emulator import wiring
+from rover_hil.emulator.chip import CYCLES_PER_US, Chip
+from rover_hil.emulator.quadrature import edges
+from rover_hil.emulator.tick_pipe import Request
+
+TICK_CYCLES = 1000 * CYCLES_PER_US
+BURST_US = 450
+"""From the trigger until the echo pin of an HC-SR04 rises, as in the plant."""
+SILENCE_US = 38_000
+"""How long the echo pin stays high when nothing comes back."""
+
+
+class Board:
+    """Drives the chip's inputs from what the plant says, and reads its outputs back."""
+
+    def __init__(self, chip: Chip) -> None:
+        self.chip = chip
+        self._counts: tuple[int, int] | None = None
+        self._triggered: int | None = None
+        # A switched-on board: encoders and echoes low, the switch closed.
+        low = [pin for pair in wiring.ENCODERS for pin in pair] + [echo for _, echo in wiring.SONARS]
+        for pin in (*low, wiring.EMERGENCY_STOP):
+            chip.set_level(pin, False)
+        for sensor, (trigger, _) in enumerate(wiring.SONARS):
+            chip.gpio[trigger].add_listener(self._trigger_listener(sensor))
+
+    def apply(self, request: Request, start: int) -> None:
+        """Sets the inputs of the millisecond that begins at cycle `start`."""
+        chip = self.chip
+        millivolts = request.battery_mv / wiring.BATTERY_DIVIDER
+        steps = int(millivolts / wiring.ADC_REFERENCE_MV * wiring.ADC_STEPS)
+        chip.adc.channel_values[wiring.BATTERY_CHANNEL] = min(wiring.ADC_STEPS - 1, steps)
+        if bool(chip.gpio_values >> wiring.EMERGENCY_STOP & 1) != request.emergency_stop:
+            chip.set_level(wiring.EMERGENCY_STOP, request.emergency_stop)
+        before = self._counts or request.counts
+        for wheel, pins in enumerate(wiring.ENCODERS):
+            for cycle, a, b in edges(before[wheel], request.counts[wheel], start, start + TICK_CYCLES):
+                self._at(cycle, self._encoder_edge(pins, a, b))
+        self._counts = request.counts
+        if request.ping is not None:
+            sensor, echo_us = request.ping
+            rise = start + BURST_US * CYCLES_PER_US
+            echo = wiring.SONARS[sensor][1]
+            self._at(rise, lambda: chip.set_level(echo, True))
+            self._at(rise + (echo_us or SILENCE_US) * CYCLES_PER_US, lambda: chip.set_level(echo, False))
+
+    def take_trigger(self) -> int | None:
+        """Sensor whose trigger pin was pulsed since the last call; the line's fall starts the burst."""
+        sensor, self._triggered = self._triggered, None
+        return sensor
+
+    @property
+    def duty(self) -> tuple[float, float]:
+        """Mean voltage over each motor by the battery's, -1 to 1: the difference of the bridge's two inputs."""
+        level = self.chip.pwm.level
+        left, right = (level(in1) - level(in2) for in1, in2 in wiring.MOTORS)
+        return left, right
+
+    def output(self, pin: int) -> bool:
+        """Whether the chip drives `pin` high."""
+        sio = self.chip.sio
+        return bool(sio.gpio_value & sio.gpio_output_enable & 1 << pin)
+
+    def _at(self, cycle: int, action: Callable[[], None]) -> None:
+        self.chip.clock.create_alarm(action).schedule_at(cycle)
+
+    def _encoder_edge(self, pins: tuple[int, int], a: bool, b: bool) -> Callable[[], None]:
+        def change() -> None:
+            for pin, level in zip(pins, (a, b), strict=True):
+                if bool(self.chip.gpio_values >> pin & 1) != level:
+                    self.chip.set_level(pin, level)
+
+        return change
+
+    def _trigger_listener(self, sensor: int) -> Callable[[object, object], None]:
+        def on_change(state: object, _: object) -> None:
+            if int(state) == 0:
+                self._triggered = sensor
+
+        return on_change

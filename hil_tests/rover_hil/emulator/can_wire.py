@@ -1,0 +1,57 @@
+"""The CAN wire: slcan's text on the rig's descriptor, a bus, and an MCP2515 on the chip's SPI pins."""
+
+from __future__ import annotations
+
+from rover_hil.emulator import wiring
+from rover_hil.emulator.can_bus import CanBus
+from rover_hil.emulator.chip import Chip
+from rover_hil.emulator.descriptor import Descriptor
+from rover_hil.emulator.mcp2515 import Mcp2515
+from rover_hil.emulator.slcan import SlcanAdapter
+
+BITS_PER_BYTE = 8
+
+
+def fit_controller(chip: Chip) -> CanBus:
+    """Solders an MCP2515 to SPI0, and gives it a bus that nobody else has joined yet."""
+    bus = CanBus(chip.clock)
+    controller = Mcp2515(chip.clock, bus)
+    spi = chip.spi[0]
+    answers: list[int] = []
+    done = chip.clock.create_alarm(lambda: spi.complete_transmit(answers.pop()))
+
+    def exchange(byte: int) -> None:
+        # The answer is complete when eight clocks have passed.
+        answers.append(controller.exchange(byte & 0xFF))
+        done.schedule(BITS_PER_BYTE * 1e9 / (spi.clock_frequency or 1e6))
+
+    spi.on_transmit = exchange
+    chip.gpio[wiring.CAN_SELECT].add_listener(lambda state, _: controller.select(int(state) == 0))
+    controller.on_interrupt = lambda asserted: chip.set_level(wiring.CAN_INTERRUPT, not asserted)
+    chip.set_level(wiring.CAN_INTERRUPT, True)
+    return bus
+
+
+class CanWire:
+    """The host's adapter on the bus of the board."""
+
+    def __init__(self, chip: Chip, descriptor: int) -> None:
+        self._line = Descriptor(descriptor)
+        self._adapter = SlcanAdapter(fit_controller(chip))
+
+    @property
+    def sent(self) -> int:
+        """Bytes of text for the host so far."""
+        return self._line.sent
+
+    def receive(self, due: int, start: int) -> bool:
+        """Takes the host's lines at the beginning of the millisecond; see `Descriptor.read`."""
+        data = self._line.read(due)
+        if data is not None:
+            self._adapter.push(data)
+        return data is not None
+
+    def transmit(self) -> None:
+        """Hands the adapter's lines on."""
+        self._line.write(self._adapter.answers)
+        self._adapter.answers.clear()

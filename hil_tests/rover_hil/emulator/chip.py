@@ -1,0 +1,82 @@
+"""The emulated RP2040: rp2040py's peripherals around the processor of `rover_plant`."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+
+from rover_plant import Clock, Processor
+from rp2040py import _rp2040
+from rp2040py.device.bootrom import BOOTROM_B1
+from rp2040py.irq import IRQ
+from rp2040py.utils.logging import ConsoleLogger, LogLevel
+
+from rover_hil.emulator.elf import FLASH, Segment
+from rover_hil.emulator.pio import LazyPio
+from rover_hil.emulator.pl011 import Pl011
+from rover_hil.emulator.pwm import Pwm
+
+CYCLES_PER_US = 125
+UART0, UART1, PWM, PIO0, PIO1 = 0x40034, 0x40038, 0x40050, 0x50200, 0x50300
+"""Keys of rp2040py's peripherals: addresses without their last three digits."""
+PAGE_SHIFT = 12
+ROM = struct.pack(f"<{len(BOOTROM_B1)}I", *BOOTROM_B1)
+
+
+class Chip(_rp2040.RP2040):
+    """A chip with its boot ROM and empty flash; `load` and `run_until` are what it is for."""
+
+    def __init__(self) -> None:
+        # The pure-Python bus is the one that takes another processor, which its constructor looks up by this name.
+        original = _rp2040.CortexM0Core
+        _rp2040.CortexM0Core = Chip._make_processor
+        try:
+            super().__init__(Clock())
+        finally:
+            _rp2040.CortexM0Core = original
+        self.bootrom[:] = BOOTROM_B1
+        self.logger = ConsoleLogger(LogLevel.ERROR, False)
+        # A block without a simulator steps itself in a task of asyncio; `LazyPio` steps this one.
+        self.simulator = self
+        self._correct()
+        self.core.connect({key << PAGE_SHIFT: item for key, item in self.peripherals.items()}, self.sio)
+        self.watchdog.on_watchdog_trigger = self._restart
+
+    def _make_processor(self) -> Processor:
+        return Processor(self.clock, ROM, self.flash, self.sram, self.usb_dpram)
+
+    def _correct(self) -> None:
+        """Puts our models in the place of those of rp2040py that differ from the datasheet."""
+        self.uart = [Pl011(self, "UART0", IRQ.UART0), Pl011(self, "UART1", IRQ.UART1)]
+        self.pwm = Pwm(self)
+        self.encoder_pio = LazyPio(self, self.pio[0])
+        self.peripherals[UART0], self.peripherals[UART1] = self.uart
+        self.peripherals[PWM] = self.pwm
+        self.peripherals[PIO0] = self.encoder_pio
+
+    @property
+    def gpio_values(self) -> int:
+        """Levels of the pins as inputs, kept instead of asked pin by pin."""
+        return self._levels
+
+    _levels = 0
+
+    def set_level(self, pin: int, high: bool) -> None:
+        """Drives a pin from outside."""
+        self.encoder_pio.catch_up()
+        self.gpio[pin].set_input_value(high)
+        self._levels = self._levels & ~(1 << pin) | high << pin
+
+    def load(self, segments: Iterable[Segment]) -> None:
+        """Puts a program into flash, as a programmer does, and starts it."""
+        for segment in segments:
+            start = segment.address - FLASH.start
+            self.flash[start : start + len(segment.data)] = segment.data
+        self.reset(preserve_flash=True)
+
+    def run_until(self, cycle: int) -> None:
+        """Lets virtual time pass. Raises RuntimeError when the processor locks up."""
+        self.core.run_until(cycle)
+
+    def _restart(self) -> None:
+        self.reset(preserve_flash=True, from_watchdog=True)

@@ -1,0 +1,21 @@
+"""What is wired to which pin; the other side of firmware/pico/src/pins.rs."""
+
+from __future__ import annotations
+
+ENCODERS = ((2, 3), (4, 5))
+"""Pins A and B, left and right."""
+MOTORS = ((6, 7), (8, 9))
+"""Pins IN1 and IN2 of the bridge, left and right."""
+STANDBY = 12
+SONARS = ((13, 20), (14, 21), (15, 27))
+"""Pins of trigger and echo: left, centre, right."""
+BUZZER, LED = 22, 25
+EMERGENCY_STOP = 28
+"""High when pressed: a normally closed switch to ground."""
+BATTERY_CHANNEL = 0
+"""ADC channel of GP26."""
+BATTERY_DIVIDER = 3.0
+ADC_REFERENCE_MV = 3300.0
+ADC_STEPS = 4096
+CAN_SELECT, CAN_INTERRUPT = 17, 10
+"""Of the MCP2515 on SPI0."""

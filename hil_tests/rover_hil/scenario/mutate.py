@@ -1,0 +1,256 @@
+"""Takes one guard out at a time and shows which scenarios notice.
+
+python -m rover_hil.scenario.mutate                       all guards
+python -m rover_hil.scenario.mutate --guard sonar         those whose name holds a word
+python -m rover_hil.scenario.mutate --table table.md      also write the table as Markdown
+
+Each mutant is a copy of the sources in a folder of its own with one line changed; nothing here touches the originals.
+Ends with 1 when a scenario notices no mutation, or a mutation is noticed by no scenario.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rover.errors import BadInput, PreflightFailed, RoverError
+
+from rover_hil.scenario.library import FOLDER, find
+from rover_hil.scenario.table import Table
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).resolve().parents[3]
+MUTATIONS = Path(__file__).with_name("mutations.toml")
+RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
+PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
+JOBS = 2
+QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "1", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
+"""Mutants are built once and run for a minute: what building saves is worth more than their speed."""
+
+
+@dataclass(frozen=True)
+class Edit:
+    """One place of one file, relative to the repository. `file` may be a folder: one of its files holds the place."""
+
+    file: str
+    find: str
+    replace: str
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A guard, and the edits that take it out."""
+
+    guard: str
+    edits: tuple[Edit, ...]
+
+    @property
+    def in_rust(self) -> bool:
+        """Needs a build of the firmware."""
+        return any(not _is_python(edit) for edit in self.edits)
+
+
+def load_mutations(path: Path = MUTATIONS) -> list[Mutation]:
+    """All mutations of a file. Raises BadInput."""
+    top = Table(path, "", tomllib.loads(path.read_text(encoding="utf-8")))
+    mutations = []
+    for table in top.tables("mutation"):
+        also = [Table(path, f"{table.name}.also", entry) for entry in table.raw("also", [])]
+        edits = tuple(Edit(t.text("file"), t.text("find"), str(t.raw("replace"))) for t in (table, *also))
+        mutations.append(Mutation(table.text("guard"), edits))
+        table.done()
+    top.done()
+    return mutations
+
+
+def locate(root: Path, edit: Edit) -> Path:
+    """The file that holds the place of an edit, once and only once. Raises BadInput."""
+    given = root / edit.file
+    files = [given] if given.is_file() else sorted(f for f in given.rglob("*.rs") if not f.stem.endswith("_tests"))
+    counts = {file: file.read_text(encoding="utf-8").count(edit.find) for file in files}
+    if sum(counts.values()) != 1:
+        times = sum(counts.values())
+        raise BadInput(f"{edit.file}: {edit.find.strip()!r} stands there {times} times; correct {MUTATIONS.name}")
+    return next(file for file, count in counts.items() if count)
+
+
+def check_places(mutations: Sequence[Mutation], root: Path = ROOT) -> list[str]:
+    """One line for each edit whose place is not there any more."""
+    missing = []
+    for mutation in mutations:
+        for edit in mutation.edits:
+            try:
+                locate(root, edit)
+            except BadInput as error:
+                missing.append(f"guard {mutation.guard!r}: {error}")
+    return missing
+
+
+class Workshop:
+    """A folder with copies of the sources and a target directory of its own, so that building is incremental."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.rust = folder / "rust"
+        self.python = folder / "python"
+        for name in RUST:
+            if (ROOT / name).is_dir():
+                _copy(ROOT / name, self.rust / name)
+        members = ", ".join(f'"{name}"' for name in RUST if (self.rust / name).is_dir())
+        manifest = (ROOT / "Cargo.toml").read_text(encoding="utf-8")
+        begin = manifest.index("members = [")
+        end = manifest.index("]", begin)
+        manifest = manifest[:begin] + f"members = [{members}" + manifest[end:]
+        _write(self.rust / "Cargo.toml", manifest)
+        shutil.copyfile(ROOT / "Cargo.lock", self.rust / "Cargo.lock")
+        for name in PYTHON:
+            _copy(ROOT / name, self.python / Path(name).name)
+
+    def binary(self, mutation: Mutation | None) -> Path:
+        """A rover-sitl without the guard, or the sound one. Raises PreflightFailed when it does not build."""
+        edits = [edit for edit in mutation.edits if not _is_python(edit)] if mutation else []
+        with _Changed(self.rust, edits):
+            command = ["cargo", "build", "--release", "--quiet", "-p", "rover-sitl"]
+            environment = {**os.environ, **QUICK, "CARGO_TARGET_DIR": str(self.folder / "target")}
+            built = subprocess.run(command, cwd=self.rust, env=environment, capture_output=True, text=True)
+        if built.returncode != 0:
+            guard = mutation.guard if mutation else "none"
+            raise PreflightFailed(f"guard {guard!r} taken out: does not build: {' '.join(built.stderr.split())[-600:]}")
+        return self.folder / "target" / "release" / "rover-sitl"
+
+    def failing(self, mutation: Mutation | None, scenarios: Sequence[Path]) -> list[str]:
+        """Names of the scenarios that fail without the guard."""
+        in_python = [edit for edit in mutation.edits if _is_python(edit)] if mutation else []
+        environment = {**os.environ, "PYTHONPATH": str(self.python)}
+        environment["ROVER_SITL"] = str(self.binary(mutation if mutation and mutation.in_rust else None))
+        with _Changed(self.python, in_python):
+            parts = [list(scenarios[part::JOBS]) for part in range(JOBS)]
+            running = [_start(part, environment) for part in parts if part]
+            return sorted(name for process in running for name in _failures(process))
+
+
+class _Changed:
+    """Copies with some edits in them, put right again at the end."""
+
+    def __init__(self, copies: Path, edits: Sequence[Edit]) -> None:
+        self._sound: dict[Path, str] = {}
+        self._changed: dict[Path, str] = {}
+        for edit in edits:
+            file = locate(copies, Edit(str(_place(edit.file)), edit.find, edit.replace))
+            text = self._changed.get(file, file.read_text(encoding="utf-8"))
+            self._sound.setdefault(file, text)
+            self._changed[file] = text.replace(edit.find, edit.replace)
+
+    def __enter__(self) -> None:
+        for file, text in self._changed.items():
+            file.write_text(text, encoding="utf-8")
+
+    def __exit__(self, *_: object) -> None:
+        for file, text in self._sound.items():
+            file.write_text(text, encoding="utf-8")
+
+
+def _is_python(edit: Edit) -> bool:
+    return edit.file.endswith(".py")
+
+
+def _place(file: str) -> Path:
+    for name in PYTHON:
+        if file.startswith(name + "/"):
+            return Path(name).name / Path(file).relative_to(name)
+    return Path(file)
+
+
+def _start(scenarios: Sequence[Path], environment: dict[str, str]) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "rover_hil.scenario.verdicts", *map(str, scenarios)]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _failures(process: subprocess.Popen[str]) -> list[str]:
+    said, error = process.communicate()
+    if process.returncode != 0:
+        raise PreflightFailed(f"the scenarios did not run: {error.strip().splitlines()[-1:]}")
+    return [name for name, passed in json.loads(said).items() if not passed]
+
+
+def _copy(source: Path, target: Path) -> None:
+    """A fresh copy, its files dated now: cargo must never take the last mutant for the sound firmware."""
+    ignored = shutil.ignore_patterns("target", "__pycache__", "*.pyc")
+    fresh = target.with_name(target.name + ".new")
+    shutil.rmtree(fresh, ignore_errors=True)
+    shutil.copytree(source, fresh, ignore=ignored, copy_function=shutil.copyfile)
+    shutil.rmtree(target, ignore_errors=True)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    fresh.rename(target)
+
+
+def _write(path: Path, content: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content, encoding="utf-8")
+
+
+def markdown(found: dict[str, list[str]]) -> str:
+    """The table of docs/hil.md."""
+    rows = [f"| {guard} | {', '.join(names) or '**none**'} |" for guard, names in found.items()]
+    return "\n".join(["| guard taken out | scenarios that fail |", "|---|---|", *rows]) + "\n"
+
+
+def run(words: Sequence[str], scenarios: Sequence[Path], folder: Path) -> dict[str, list[str]]:
+    """Guard to failing scenarios. Raises BadInput, PreflightFailed."""
+    wanted = [m for m in load_mutations() if not words or any(word in m.guard for word in words)]
+    if not wanted:
+        raise BadInput(f"--guard {' '.join(words)}: no guard's name holds that")
+    missing = check_places(wanted)
+    if missing:
+        raise BadInput("; ".join(missing))
+    workshop = Workshop(folder)
+    broken = workshop.failing(None, scenarios)
+    if broken:
+        raise PreflightFailed(f"with all guards in place these fail already: {', '.join(broken)}")
+    found: dict[str, list[str]] = {}
+    for number, mutation in enumerate(wanted, 1):
+        found[mutation.guard] = workshop.failing(mutation, scenarios)
+        print(f"{number}/{len(wanted)} {mutation.guard}: {', '.join(found[mutation.guard]) or 'NOTICED BY NONE'}")
+        sys.stdout.flush()
+    return found
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenarios", nargs="*", help="names or files; all that ship when left out")
+    parser.add_argument("--guard", action="append", default=[], help="only guards whose name holds this")
+    parser.add_argument("--table", type=Path, help="write the table here, as Markdown")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutants", help="where mutants are built")
+    given = parser.parse_args(argv)
+    try:
+        scenarios = find(given.scenarios or [str(FOLDER)])
+        found = run(given.guard, scenarios, given.folder.resolve())
+    except RoverError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    if given.table is not None:
+        given.table.write_text(markdown(found), encoding="utf-8")
+    noticing = {name for names in found.values() for name in names}
+    idle = [] if given.guard else [file.stem for file in scenarios if file.stem not in noticing]
+    unnoticed = [guard for guard, names in found.items() if not names]
+    for name in idle:
+        print(f"scenario {name} fails for no mutation", file=sys.stderr)
+    for guard in unnoticed:
+        print(f"guard {guard!r} can go without any scenario noticing", file=sys.stderr)
+    return 1 if idle or unnoticed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,147 @@
+"""Scenario files: what is wrong in one is one line with file and key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rover.errors import BadInput
+from rover_hil.scenario.condition import parse_condition
+from rover_hil.scenario.language import START
+from rover_hil.scenario.reading import load_scenario
+
+HEAD = """
+name = "n"
+description = "d"
+rigs = ["sitl"]
+"""
+DRIVE = """
+[drive]
+steps = [{ forward_m = 1.0 }, { turn_deg = -90 }]
+repeat = 2
+"""
+INJECT = """
+[[inject]]
+fault = "serial-cut"
+when = "state == Moving and travelled_m > 0.3"
+"""
+EXPECT = """
+[[expect]]
+within_s = 0.35
+state = "Latched"
+"""
+END = """
+[end]
+state = "Latched"
+"""
+GOOD = HEAD + DRIVE + INJECT + EXPECT + END
+
+
+def read(folder: Path, text: str):
+    file = folder / "one.toml"
+    file.write_text(text)
+    return load_scenario(file)
+
+
+def test_a_file_becomes_moves_faults_and_expectations(tmp_path: Path) -> None:
+    scenario = read(tmp_path, GOOD)
+    assert [(move.kind, move.amount) for move in scenario.drive.moves] == [("forward_m", 1.0), ("turn_deg", -90.0)] * 2
+    assert scenario.injections[0].parameters == {"direction": "both"}
+    assert (scenario.expectations[0].after, scenario.expectations[0].within) == ("serial-cut", 0.35)
+
+
+def test_without_a_fault_an_expectation_counts_from_the_start(tmp_path: Path) -> None:
+    assert read(tmp_path, HEAD + DRIVE + EXPECT + END).expectations[0].after == START
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ('name = "n"', 'nam = "n"', "name is missing"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\nspeed = 3', "speed is not known here"),
+        ('rigs = ["sitl"]', 'rigs = ["simulator"]', "rigs holds 'simulator'; known are sitl, emulator, device"),
+        ('rigs = ["sitl"]', "rigs = []", "rigs must be a list of words"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\nseed = 1.5', "seed must be a whole number, not 1.5"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\ntransport = "usb"', "transport is 'usb'; it must be one of serial, can"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\ntransport = "can"', "does not exist on transport 'can'"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\nmax_duration_s = 0', "max_duration_s is 0; it must lie from 0.5 to 600"),
+        ("forward_m = 1.0", "forwards_m = 1.0", "drive.steps[1] must be one of { forward_m"),
+        ("forward_m = 1.0", 'forward_m = "far"', "drive.steps[1].forward_m must be a number, not 'far'"),
+        ("repeat = 2", "repeat = 2\nreverse = true", "drive.reverse is not known here"),
+        ("repeat = 2", "repeat = 2\narm = 1", "drive.arm must be true or false, not 1"),
+        ("repeat = 2", "repeat = 2\narm = false", "nothing drives unarmed"),
+        ("serial-cut", "serial-cutt", "inject[1].fault is 'serial-cutt'"),
+        ("serial-cut", "camera-frozen", "which a scripted drive does not notice"),
+        ("serial-cut", "bit-errors", "inject[1].rate is missing"),
+        ("serial-cut", "companion-killed", None),
+        ("state == Moving", "state = Moving", "inject[1].when - condition 'state = Moving and travelled_m > 0.3'"),
+        ("state == Moving", "state == moving", "state is never 'moving'; it is one of Boot, Disarmed"),
+        ("travelled_m", "distance", "'distance' is not observed; there is"),
+        ('fault = "serial-cut"', 'fault = "serial-cut"\nat_s = 1', "when stands beside at_s or after"),
+        ('fault = "serial-cut"', 'fault = "stop-command"\nduration_s = 1', "stop-command happens once"),
+        ('fault = "serial-cut"', 'fault = "serial-cut"\nname = "start"', "inject[1].name 'start' is taken"),
+        ("within_s = 0.35", "", "expect[1].within_s is missing"),
+        ("within_s = 0.35", "within_s = 0.35\nnot_before_s = 1", "not_before_s must be less than within_s"),
+        ("within_s = 0.35", 'within_s = 0.35\nafter = "stop"', "expect[1].after is 'stop'; it must be one of start"),
+        ("within_s = 0.35", 'within_s = 0.35\ncause = "Deadman"', "expect[1].cause is 'Deadman'"),
+        ("within_s = 0.35", 'within_s = 0.35\nfault = "Fire"', "the protocol has no fault of that name"),
+        (EXPECT, "", "expect is missing: a scenario says what must be observed"),
+        (EXPECT, "\n[[expect]]\nwithin_s = 1\n", "expect[1] expects nothing"),
+        (END, "", "end.state is missing: a scenario says in which state it ends"),
+        (END, END + "speed = 1\n", "end.speed is not known here"),
+        (END, END + "[plant.wheels]\nmass = 1\n", "plant.wheels is not known here"),
+        (END, END + "[field]\nlaunch = [0, 0, 0]\n", "field.launch lies nearer than the rover's radius"),
+    ],
+)
+def test_what_is_wrong_is_one_line_with_file_and_key(tmp_path: Path, before: str, after: str, said: str | None) -> None:
+    assert before in GOOD
+    text = GOOD.replace(before, after, 1)
+    if said is None:
+        read(tmp_path, text)
+        return
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, text)
+    assert said in str(error.value)
+    assert str(error.value).startswith(str(tmp_path / "one.toml"))
+    assert "\n" not in str(error.value)
+
+
+def test_a_fault_that_cannot_exist_on_a_rig_is_refused_there(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"'motor-stalled', which can't exist on device: take that out of rigs"):
+        read(
+            tmp_path,
+            GOOD.replace('["sitl"]', '["sitl", "device"]').replace("serial-cut", 'motor-stalled"\nwheel = "left'),
+        )
+
+
+def test_a_file_that_is_no_toml_or_not_there_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="is not TOML"):
+        read(tmp_path, "name = ")
+    with pytest.raises(BadInput, match="cannot be read"):
+        load_scenario(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("state == Moving", True),
+        ("state != Moving", False),
+        ("speed > 0.2 and speed <= 0.25", True),
+        ("speed > 0.3 or powered", True),
+        ("not powered or (speed < 0.1 and state == Moving)", False),
+        ("fault.DeadMan", False),
+        ("count.DeadMan == 0", True),
+        ("count.Stall >= 2", True),
+    ],
+)
+def test_conditions_mean_what_they_say(text: str, expected: bool) -> None:
+    seen = {"state": "Moving", "speed": 0.25, "powered": True, "count.Stall": 2}
+    assert parse_condition(text)(seen) is expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "speed", "speed >", "speed > fast", "(powered", "powered powered", "state > Moving", "fault.Fire", "%"]
+)
+def test_a_condition_that_makes_no_sense_is_refused(text: str) -> None:
+    with pytest.raises(BadInput, match="condition"):
+        parse_condition(text)

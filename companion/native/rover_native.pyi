@@ -42,6 +42,23 @@ class NativeField:
         bias: float,
     ) -> tuple[NDArray[np.float64], list[int], list[int], int]: ...
 
+class NativePlanner:
+    def __init__(self, seed: int) -> None: ...
+    def plan(
+        self,
+        field: NativeField,
+        start: tuple[float, float],
+        goals: NDArray[np.float64],
+        radius: float,
+        iterations: int | None,
+        budget_ms: float | None,
+        any_order: bool,
+        start_escape: float,
+        corner_cost: float,
+        step: float | None,
+        bias: float | None,
+    ) -> dict[str, Any]: ...
+
 class Views:
     def __init__(
         self, footprint: NDArray[np.float64], headings: NDArray[np.float64], resolution: float

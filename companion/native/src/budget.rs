@@ -2,6 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+/// What a lattice's cell costs a search, about.
+const SECONDS_PER_CELL: f64 = 20e-9;
+/// Cells above which a lattice costs more than it brings to a counted budget.
+const COUNTED_CELLS: usize = 60_000;
+
 pub struct Budget {
     pub used: u64,
     limit: u64,
@@ -46,6 +51,22 @@ impl Budget {
     pub fn late(&self) -> bool {
         self.deadline
             .is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// How many cells a lattice may have so that `searches` over it leave time for other things; none when nothing
+    /// is to be improved. Counted budgets get a fixed answer, so that they stay repeatable.
+    pub fn lattice_cells(&self, searches: usize) -> Option<usize> {
+        if self.expired || self.used >= self.limit {
+            return None;
+        }
+        Some(match self.deadline {
+            None => COUNTED_CELLS,
+            Some(deadline) => {
+                let left = deadline.saturating_duration_since(Instant::now());
+                let share = 0.5 * left.as_secs_f64() / searches.max(1) as f64;
+                (share / SECONDS_PER_CELL) as usize
+            }
+        })
     }
 
     /// Lets a nested search use at most `share` iterations more.

@@ -139,6 +139,10 @@ impl Field for Circles {
         nearest
     }
 
+    fn clearance_at_least(&self, p: Point) -> f64 {
+        self.clearance(p)
+    }
+
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {
         let Some(buckets) = &self.index else {
             return (0..self.obstacles.len()).all(|index| self.apart(index, a, b, radius));
@@ -166,7 +170,7 @@ impl Field for Circles {
         true
     }
 
-    fn lattice_spacings(&self) -> Vec<f64> {
+    fn lattice_spacings(&self, _radius: f64) -> Vec<f64> {
         let coarse = self.width.max(self.height) / 96.0;
         if self.index.is_none() {
             return vec![coarse];

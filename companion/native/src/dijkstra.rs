@@ -1,8 +1,35 @@
 //! Travel distance from one cell to every other over free cells.
 
+use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use crate::lattice::{Entry, NEIGHBOURS};
+use crate::lattice::NEIGHBOURS;
+
+/// Heap entry: the smallest key first, of equals the lower index.
+struct Entry {
+    key: f64,
+    index: usize,
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Entry {}
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other
+            .key
+            .total_cmp(&self.key)
+            .then_with(|| other.index.cmp(&self.index))
+    }
+}
 
 /// Metres to each cell, row-major; infinite where there is no way. Diagonal steps need both cells beside them free.
 pub fn distances(

@@ -12,15 +12,18 @@ pub trait Field {
     /// Distance from `p` to the nearest obstacle or wall; not positive inside.
     fn clearance(&self, p: Point) -> f64;
 
+    /// A lower bound of the clearance that costs little.
+    fn clearance_at_least(&self, p: Point) -> f64;
+
     /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
 
-    /// Spacings of the lattices that fallback searches use, coarse to fine; at least one.
-    fn lattice_spacings(&self) -> Vec<f64>;
+    /// Spacings of the lattices that a robot of `radius` is searched a way on, coarse to fine; at least one.
+    fn lattice_spacings(&self, radius: f64) -> Vec<f64>;
 
     /// The finest of them: no detail that matters is smaller.
     fn lattice_spacing(&self) -> f64 {
-        self.lattice_spacings()
+        self.lattice_spacings(0.0)
             .last()
             .copied()
             .unwrap_or(f64::INFINITY)

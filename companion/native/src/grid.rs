@@ -8,6 +8,8 @@ use crate::transform;
 const FAR: f32 = 1e9;
 /// Cells of the coarsest lattice, about.
 const COARSE_CELLS: f64 = 300_000.0;
+/// A map of fewer cells is searched as it is.
+const SMALL_CELLS: f64 = 60_000.0;
 
 pub struct Grid {
     pub columns: usize,
@@ -53,6 +55,13 @@ impl Grid {
             self.origin.x + (column as f64 + 0.5) * self.resolution,
             self.origin.y + (row as f64 + 0.5) * self.resolution,
         )
+    }
+
+    /// The clearance of the centre of `p`'s cell, and how far `p` is from there.
+    fn cell_clearance(&self, p: Point) -> (f64, f64) {
+        let (column, row) = self.cell(p);
+        let clearance = f64::from(self.clearance[row * self.columns + column]);
+        (clearance, distance(p, self.centre(column, row)))
     }
 
     /// Exact: no blocked square lies nearer than `radius` to the segment.
@@ -149,6 +158,11 @@ impl Field for Grid {
         wall.min(below * (1.0 - fv) + above * fv)
     }
 
+    fn clearance_at_least(&self, p: Point) -> f64 {
+        let (clearance, offset) = self.cell_clearance(p);
+        wall_distance(self.bounds(), p).min(clearance - offset)
+    }
+
     /// Steps through open ground by the clearance field (distance is 1-Lipschitz, so a step as long as the spare
     /// clearance can't reach an obstacle), and checks two cells' length at a time exactly where it is tight.
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {
@@ -161,18 +175,16 @@ impl Field for Grid {
                 0.0
             };
             let p = a.towards(b, fraction);
-            let (column, row) = self.cell(p);
-            let centre_clearance = f64::from(self.clearance[row * self.columns + column]);
-            let offset = distance(p, self.centre(column, row));
-            // 1e-5 of a cell covers the rounding of the stored f32.
-            let spare =
-                centre_clearance - offset - radius - 1e-5 * (self.resolution + centre_clearance);
-            if spare > 0.5 * self.resolution {
+            let (clearance, offset) = self.cell_clearance(p);
+            // 1e-5 covers the rounding of the stored f32.
+            let slack = 1e-5 * (self.resolution + clearance);
+            if clearance + offset + slack < radius - TOUCH {
+                return false;
+            }
+            let spare = clearance - offset - radius - slack;
+            if spare > 0.2 * self.resolution {
                 travelled += spare;
             } else {
-                if centre_clearance + offset < radius - self.resolution {
-                    return false;
-                }
                 let chunk = (travelled + 2.0 * self.resolution).min(length);
                 let end = if length > 0.0 { chunk / length } else { 0.0 };
                 if !self.squares_clear(p, a.towards(b, end), radius) {
@@ -186,12 +198,14 @@ impl Field for Grid {
         }
     }
 
-    /// A large map is first searched with fewer cells: ways through open ground seldom need them all.
-    fn lattice_spacings(&self) -> Vec<f64> {
+    /// A large map is first searched with fewer cells, and any map in steps of the robot's radius: ways through open
+    /// ground seldom need them all.
+    fn lattice_spacings(&self, radius: f64) -> Vec<f64> {
         let cells = (self.columns * self.rows) as f64;
-        let mut coarse = (cells / COARSE_CELLS).sqrt().floor();
+        let widest = (radius / self.resolution).floor();
+        let mut coarse = (cells / COARSE_CELLS).sqrt().floor().max(widest);
         let mut spacings = Vec::new();
-        while coarse >= 2.0 {
+        while coarse >= 2.0 && cells > SMALL_CELLS {
             spacings.push(coarse * self.resolution);
             coarse = (coarse / 3.0).floor();
         }

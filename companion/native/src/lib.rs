@@ -10,12 +10,15 @@ mod field;
 mod geometry;
 mod grid;
 mod lattice;
+mod memory;
 mod order;
 mod planner;
 mod python_field;
 mod python_grids;
+mod python_planner;
 mod random;
 mod rrt;
+mod search;
 mod shorten;
 mod star;
 mod tour;
@@ -28,6 +31,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn rover_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<python_field::NativeField>()?;
+    module.add_class::<python_planner::NativePlanner>()?;
     module.add_function(wrap_pyfunction!(python_grids::clearance_map, module)?)?;
     module.add_function(wrap_pyfunction!(python_grids::distance_field, module)?)?;
     module.add_class::<python_grids::Views>()

@@ -1,4 +1,4 @@
-//! In which order to visit the goals: exact (Held and Karp 1962) for few, nearest neighbour with 2-opt for many.
+//! In which order to visit the goals: exact (Held and Karp 1962) for few, nearest neighbour with 2-opt and Or-opt for many.
 
 const EXACT: usize = 12;
 
@@ -13,6 +13,40 @@ pub fn order(legs: &[Vec<f64>]) -> Vec<usize> {
         exact(legs)
     } else {
         heuristic(legs)
+    }
+}
+
+/// Rounds of `lazily` for more goals than are ordered exactly.
+const ROUNDS: usize = 40;
+
+/// The order when the length of a leg is dear to know: unknown legs count as their lower `bounds` until a tour uses
+/// them; then `evaluate` gives the true length. The result is the same as with every leg known beforehand.
+pub fn lazily(
+    mut bounds: Vec<Vec<f64>>,
+    mut evaluate: impl FnMut(usize, usize) -> f64,
+) -> Vec<usize> {
+    let stops = bounds.len();
+    let mut known = vec![false; stops * stops];
+    let mut rounds = 0usize;
+    loop {
+        let tour = order(&bounds);
+        let mut surprised = false;
+        let mut from = 0usize;
+        for &to in &tour {
+            if !known[from * stops + to] {
+                let length = evaluate(from, to);
+                surprised |= length > bounds[from][to] + 1e-9;
+                for (a, b) in [(from, to), (to, from)] {
+                    bounds[a][b] = length;
+                    known[a * stops + b] = true;
+                }
+            }
+            from = to;
+        }
+        rounds += 1;
+        if !surprised || (stops > EXACT + 1 && rounds >= ROUNDS) {
+            return tour;
+        }
     }
 }
 
@@ -80,21 +114,53 @@ fn heuristic(legs: &[Vec<f64>]) -> Vec<usize> {
         at = left.remove(best);
         tour.push(at);
     }
-    let leg = |a: usize, b: Option<&usize>| b.map_or(0.0, |&b| legs[a][b]);
-    let mut improved = true;
-    while improved {
-        improved = false;
-        for i in 0..goals {
-            for j in i + 1..goals {
-                let before = if i == 0 { 0 } else { tour[i - 1] };
-                let old = legs[before][tour[i]] + leg(tour[j], tour.get(j + 1));
-                let new = legs[before][tour[j]] + leg(tour[i], tour.get(j + 1));
-                if new < old - 1e-9 {
-                    tour[i..=j].reverse();
-                    improved = true;
+    while reverse_stretches(legs, &mut tour) || move_stretches(legs, &mut tour) {}
+    tour
+}
+
+fn length(legs: &[Vec<f64>], a: usize, b: Option<&usize>) -> f64 {
+    b.map_or(0.0, |&b| legs[a][b])
+}
+
+/// 2-opt on an open tour: reverses stretches that are shorter backwards.
+fn reverse_stretches(legs: &[Vec<f64>], tour: &mut [usize]) -> bool {
+    let mut improved = false;
+    for i in 0..tour.len() {
+        for j in i + 1..tour.len() {
+            let before = if i == 0 { 0 } else { tour[i - 1] };
+            let old = legs[before][tour[i]] + length(legs, tour[j], tour.get(j + 1));
+            let new = legs[before][tour[j]] + length(legs, tour[i], tour.get(j + 1));
+            if new < old - 1e-9 {
+                tour[i..=j].reverse();
+                improved = true;
+            }
+        }
+    }
+    improved
+}
+
+/// Or-opt: moves stretches of up to three goals to where they fit better.
+fn move_stretches(legs: &[Vec<f64>], tour: &mut Vec<usize>) -> bool {
+    for size in 1..=3usize.min(tour.len() - 1) {
+        for i in 0..=tour.len() - size {
+            let before = if i == 0 { 0 } else { tour[i - 1] };
+            let (head, tail) = (tour[i], tour[i + size - 1]);
+            let after = tour.get(i + size);
+            let gain = legs[before][head] + length(legs, tail, after)
+                - after.map_or(0.0, |&next| legs[before][next]);
+            let rest: Vec<usize> = tour[..i].iter().chain(&tour[i + size..]).copied().collect();
+            for gap in 0..=rest.len() {
+                let left = if gap == 0 { 0 } else { rest[gap - 1] };
+                let right = rest.get(gap);
+                let cost = legs[left][head] + length(legs, tail, right) - length(legs, left, right);
+                if cost < gain - 1e-9 {
+                    let stretch: Vec<usize> = tour[i..i + size].to_vec();
+                    *tour = rest;
+                    tour.splice(gap..gap, stretch);
+                    return true;
                 }
             }
         }
     }
-    tour
+    false
 }

@@ -7,6 +7,7 @@ use crate::escape;
 use crate::field::Field;
 use crate::geometry::{distance, Point};
 use crate::lattice;
+use crate::memory::{name_of, Memory};
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -57,7 +58,7 @@ const PATIENCE: u64 = 50_000;
 /// As many when the lattice has found no way either: what is left are passages finer than its spacing.
 const DOUBT: u64 = 10_000;
 /// Tree extensions before the lattice is asked which goals are possible at all.
-const FIRST_TRY: u64 = 3_000;
+const FIRST_TRY: u64 = 1_000;
 
 impl Request {
     /// The settings of tree growth that this request and this field imply.
@@ -77,12 +78,17 @@ impl Request {
 }
 
 pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
+    plan_again(field, request, &mut Memory::new(request.seed))
+}
+
+/// The same, going on from what `memory` holds of the plan before. Only the one tree of `MultiGoal` is kept.
+pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -> Outcome {
     let started = Instant::now();
     let unlimited = request.iterations.is_none() && request.budget_ms.is_none();
     // The first solution is not starved by a small budget, which is about how long to go on improving.
     let goals = request.goals.len().max(1) as u64;
     let mut budget = Budget::new(PATIENCE * goals);
-    let mut random = Random::new(request.seed);
+    let mut random = memory.random.clone();
     let growth = request.growth(field);
     let shortening = Shortening {
         radius: request.radius,
@@ -121,7 +127,7 @@ pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
             request,
             entry,
             wanted,
-            growth,
+            memory.take_tree(field, entry, &request.goals, growth),
             &mut random,
             &mut budget,
         )
@@ -147,7 +153,7 @@ pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
         random: &mut random,
         budget: &mut budget,
     };
-    let mut tour = search.tour(&stops, request.any_order);
+    let mut tour = search.tour(&stops, &request.goals, request.any_order, &mut memory.legs);
     if !tour.legs.is_empty() {
         outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);
         if !unlimited {
@@ -155,7 +161,7 @@ pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
             search
                 .budget
                 .improve_until(limit, started, request.budget_ms);
-            search.improve(&mut tour);
+            search.improve(&mut tour, request.any_order);
         }
     }
     outcome.nodes += tour.nodes;
@@ -171,6 +177,23 @@ pub fn plan<F: Field>(field: &F, request: &Request) -> Outcome {
         outcome.order.push(leg.goal);
         outcome.goal_indices.push(outcome.path.len() - 1);
     }
+    memory.forget_other_goals(&request.goals);
+    if let Some(grown) = stops.grown {
+        let lattices = stops
+            .visits
+            .iter()
+            .zip(stops.ways)
+            .filter(|&(&goal, _)| grown.reached[goal].is_none())
+            .map(|(&goal, way)| (goal, way))
+            .collect();
+        memory.keep_tree(field, grown, &request.goals, lattices, shortening);
+    }
+    for leg in &tour.legs {
+        let goal = |p: Point| (p != entry).then(|| name_of(p)).flatten();
+        let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
+        memory.legs.insert((goal(from), goal(to)), leg.path.clone());
+    }
+    memory.random = random;
     outcome.iterations = budget.used;
     outcome.time_ms = started.elapsed().as_secs_f64() * 1e3;
     outcome
@@ -182,12 +205,12 @@ fn one_tree<F: Field>(
     request: &Request,
     start: Point,
     mut wanted: Vec<bool>,
-    growth: Growth,
+    mut grown: Grown,
     random: &mut Random,
     budget: &mut Budget,
 ) -> Stops {
     let goals = &request.goals;
-    let mut grown = Grown::new(field, start, goals, growth);
+    let growth = request.growth(field);
     let whole = budget.capped(FIRST_TRY);
     grown.grow(field, goals, &wanted, growth, random, budget);
     budget.restore(whole);

@@ -16,7 +16,7 @@ use crate::random::Random;
 use crate::rrt::{Grown, Growth};
 use crate::tree;
 
-enum Map {
+pub enum Map {
     Circles(Circles),
     Grid(Grid),
 }
@@ -24,9 +24,10 @@ enum Map {
 /// A map that the planner can ask: circles in a rectangle, or blocked cells.
 #[pyclass(frozen)]
 pub struct NativeField {
-    map: Map,
+    pub map: Map,
 }
 
+/// The expression for whichever kind of map it is.
 macro_rules! on {
     ($map:expr, $field:ident => $body:expr) => {
         match $map {
@@ -35,6 +36,8 @@ macro_rules! on {
         }
     };
 }
+
+pub(crate) use on;
 
 #[pymethods]
 impl NativeField {
@@ -156,17 +159,7 @@ impl NativeField {
         check(&request)?;
         let map = &self.map;
         let outcome = py.detach(|| on!(map, field => planner::plan(field, &request)));
-        let result = PyDict::new(py);
-        result.set_item("order", outcome.order)?;
-        result.set_item("path", array_of(py, &outcome.path)?)?;
-        result.set_item("goal_indices", outcome.goal_indices)?;
-        result.set_item("unreachable", outcome.unreachable)?;
-        result.set_item("iterations", outcome.iterations)?;
-        result.set_item("nodes", outcome.nodes)?;
-        result.set_item("time_ms", outcome.time_ms)?;
-        result.set_item("first_solution_ms", outcome.first_ms)?;
-        result.set_item("start_blocked", outcome.start_blocked)?;
-        Ok(result)
+        answer(py, outcome)
     }
 
     /// Figure 3's tree alone: (nodes (N, 2), parents (-1 for the root), node per goal or -1, iterations).
@@ -214,6 +207,21 @@ impl NativeField {
     }
 }
 
+/// An outcome as Python takes it.
+pub fn answer<'py>(py: Python<'py>, outcome: planner::Outcome) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("order", outcome.order)?;
+    result.set_item("path", array_of(py, &outcome.path)?)?;
+    result.set_item("goal_indices", outcome.goal_indices)?;
+    result.set_item("unreachable", outcome.unreachable)?;
+    result.set_item("iterations", outcome.iterations)?;
+    result.set_item("nodes", outcome.nodes)?;
+    result.set_item("time_ms", outcome.time_ms)?;
+    result.set_item("first_solution_ms", outcome.first_ms)?;
+    result.set_item("start_blocked", outcome.start_blocked)?;
+    Ok(result)
+}
+
 fn algorithm_of(name: &str) -> PyResult<Algorithm> {
     match name {
         "rrt" => Ok(Algorithm::Rrt),
@@ -224,7 +232,7 @@ fn algorithm_of(name: &str) -> PyResult<Algorithm> {
     }
 }
 
-fn check(request: &Request) -> PyResult<()> {
+pub fn check(request: &Request) -> PyResult<()> {
     let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
     let positive = |value: Option<f64>| value.is_none_or(|v| v.is_finite() && v > 0.0);
     require(finite(&request.start), "the start is not finite")?;

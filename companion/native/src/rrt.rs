@@ -35,6 +35,30 @@ impl Grown {
         grown
     }
 
+    /// Goes on with a tree that exists already.
+    pub fn resumed<F: Field>(
+        field: &F,
+        tree: Tree,
+        reached: Vec<Option<usize>>,
+        goals: &[Point],
+        growth: Growth,
+    ) -> Self {
+        let mut grown = Self {
+            tree,
+            reached,
+            nearest: Vec::new(),
+        };
+        for (index, &goal) in goals.iter().enumerate() {
+            let node = grown.tree.nearest(goal);
+            let p = grown.tree.points[node];
+            grown.nearest.push(distance_squared(p, goal));
+            if grown.reached[index].is_none() && field.segment_clear(p, goal, growth.radius) {
+                grown.reached[index] = Some(grown.tree.add(goal, node));
+            }
+        }
+        grown
+    }
+
     /// Marks every unreached goal within ε = Δt of `node` that a straight edge reaches.
     fn meet_goals<F: Field>(&mut self, field: &F, node: usize, goals: &[Point], growth: Growth) {
         let p = self.tree.points[node];

@@ -1,5 +1,6 @@
 //! The legs between the stops of a plan: chosen, ordered, and improved one by one.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use crate::budget::Budget;
@@ -7,9 +8,11 @@ use crate::connect;
 use crate::field::Field;
 use crate::geometry::{distance, path_length, Point};
 use crate::lattice::Lattice;
+use crate::memory::{name_of, Name};
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
+use crate::search;
 use crate::shorten::{self, Shortening};
 
 /// What the first search found.
@@ -30,6 +33,9 @@ pub struct Leg {
 }
 
 pub struct Tour {
+    /// The start and the goals with a way, and those goals' numbers.
+    pub stops: Vec<Point>,
+    pub visits: Vec<usize>,
     pub legs: Vec<Leg>,
     pub nodes: usize,
     /// When the first valid tour was known.
@@ -38,8 +44,10 @@ pub struct Tour {
 
 /// Tree extensions that a leg of its own may take.
 const LEG_TRIES: u64 = 400;
-/// Cells above which the lattice costs more than it brings to a leg that already has a path.
-const LATTICE_CELLS: usize = 60_000;
+/// Tree extensions to bridge a gap in an old leg.
+const BRIDGE_TRIES: u64 = 200;
+/// Vertices up to which a way is pulled taut only to know its length.
+const SHORT_WAY: usize = 64;
 
 /// Everything that the search for shorter legs needs.
 pub struct Search<'a, F: Field> {
@@ -82,13 +90,24 @@ impl<F: Field> Search<'_, F> {
     }
 
     /// From stops to a tour: legs in order, each already short.
-    pub fn tour(&mut self, stops: &Stops, any_order: bool) -> Tour {
+    ///
+    /// `kept` are legs of a plan before; they are mended where the map has changed, and take up what is found.
+    pub fn tour(
+        &mut self,
+        stops: &Stops,
+        goals: &[Point],
+        any_order: bool,
+        kept: &mut BTreeMap<(Name, Name), Vec<Point>>,
+    ) -> Tour {
         let first = Instant::now();
         let mut tour = Tour {
+            stops: vec![stops.start],
+            visits: stops.visits.clone(),
             legs: Vec::new(),
             nodes: 0,
             first,
         };
+        tour.stops.extend(stops.visits.iter().map(|&v| goals[v]));
         let Some(grown) = &stops.grown else {
             for (&goal, way) in stops.visits.iter().zip(&stops.ways) {
                 let mut path = way.clone();
@@ -97,50 +116,96 @@ impl<F: Field> Search<'_, F> {
             }
             return tour;
         };
-        let count = stops.visits.len();
-        let mut sequence: Vec<usize> = (0..count).collect();
-        let mut table: Vec<Vec<Option<Vec<Point>>>> = vec![vec![None; count + 1]; count + 1];
-        if any_order && count > 1 {
-            let mut lengths = vec![vec![0.0; count + 1]; count + 1];
-            for to in 1..=count {
-                for from in 0..to {
+        let points = tour.stops.clone();
+        let name = |stop: usize| (stop > 0).then(|| name_of(points[stop])).flatten();
+        let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
+        let sequence = if any_order {
+            order::lazily(straight(&points), |from, to| {
+                let old = kept.remove(&(name(from), name(to)));
+                let old = old.or_else(|| kept.remove(&(name(to), name(from))).map(reversed));
+                let mended = old.and_then(|old| self.mended(old, points[from], points[to]));
+                let path = if let Some(path) = mended {
+                    path
+                } else {
+                    let raw = raw_leg(stops, grown, from, to);
+                    if raw.len() > SHORT_WAY {
+                        return path_length(&raw);
+                    }
+                    let (path, nodes) = self.better_of(raw);
+                    tour.nodes += nodes;
+                    path
+                };
+                let length = path_length(&path);
+                paths.insert((from, to), path);
+                length
+            })
+        } else {
+            (1..points.len()).collect()
+        };
+        let mut from = 0usize;
+        for to in sequence {
+            let path = paths
+                .remove(&(from, to))
+                .or_else(|| paths.remove(&(to, from)).map(reversed))
+                .or_else(|| {
+                    let old = kept.remove(&(name(from), name(to)))?;
+                    self.mended(old, points[from], points[to])
+                })
+                .unwrap_or_else(|| {
                     let (path, nodes) = self.better_of(raw_leg(stops, grown, from, to));
                     tour.nodes += nodes;
-                    lengths[from][to] = path_length(&path);
-                    lengths[to][from] = lengths[from][to];
-                    table[from][to] = Some(path);
-                }
-            }
-            sequence = order::order(&lengths)
-                .iter()
-                .map(|&stop| stop - 1)
-                .collect();
-        }
-        let mut from = 0usize;
-        for visit in sequence {
-            let to = visit + 1;
-            let path = if let Some(path) = table[from][to].take() {
-                path
-            } else if let Some(mut path) = table[to][from].take() {
-                path.reverse();
-                path
-            } else {
-                let (path, nodes) = self.better_of(raw_leg(stops, grown, from, to));
-                tour.nodes += nodes;
-                path
-            };
+                    path
+                });
             tour.legs.push(Leg {
-                goal: stops.visits[visit],
+                goal: stops.visits[to - 1],
                 path,
             });
             from = to;
         }
+        for ((from, to), path) in paths {
+            kept.insert((name(from), name(to)), path);
+        }
         tour
     }
 
+    /// An old leg between these stops made valid again: what stands in obstacles is left out, and gaps are bridged.
+    fn mended(&mut self, old: Vec<Point>, from: Point, to: Point) -> Option<Vec<Point>> {
+        let (field, radius) = (self.field, self.growth.radius);
+        let inner = old.iter().filter(|&&p| p != from && p != to);
+        let mut path = vec![from];
+        for &next in inner.chain([&to]) {
+            let at = path[path.len() - 1];
+            if next != to && !field.point_clear(next, radius) {
+                continue;
+            }
+            if field.segment_clear(at, next, radius) {
+                path.push(next);
+                continue;
+            }
+            let whole = self.budget.capped(BRIDGE_TRIES);
+            let (bridge, _) = connect::plan(field, at, next, self.growth, self.random, self.budget);
+            self.budget.restore(whole);
+            path.extend(bridge?.into_iter().skip(1));
+        }
+        shorten::settle(field, &mut path, self.shortening, 2);
+        Some(path)
+    }
+
     /// Restarts and shortcuts, leg by leg, until the budget is spent or every leg is a straight line.
-    pub fn improve(&mut self, tour: &mut Tour) {
-        let lattice = Lattice::new(self.field, self.field.lattice_spacing());
+    pub fn improve(&mut self, tour: &mut Tour, any_order: bool) {
+        let straight_legs = tour.legs.iter().all(|leg| leg.path.len() <= 2);
+        let legs = tour.legs.len();
+        let ordered = any_order && legs > 1 && !straight_legs;
+        let mut lattice = if straight_legs {
+            None
+        } else {
+            self.budget
+                .lattice_cells(if ordered { legs } else { legs.div_ceil(4) })
+                .and_then(|most| self.finest_lattice(most))
+        };
+        if let Some(lattice) = lattice.as_mut().filter(|_| ordered) {
+            self.reorder(tour, lattice);
+        }
         let mut round = 0usize;
         let mut best: Vec<f64> = tour.legs.iter().map(|leg| self.cost(&leg.path)).collect();
         while !self.budget.exhausted()
@@ -151,33 +216,8 @@ impl<F: Field> Search<'_, F> {
                 if leg.path.len() <= 2 || !self.budget.spend() {
                     continue;
                 }
-                let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
-                let candidate = if round == 0 {
-                    Some(leg.path.clone())
-                } else if round == 1 && lattice.size() <= LATTICE_CELLS {
-                    let budget = &*self.budget;
-                    lattice
-                        .paths(self.field, from, &[to], self.shortening.radius, || {
-                            budget.late()
-                        })
-                        .pop()
-                        .flatten()
-                } else if round % 4 == 3 {
-                    let mut path = leg.path.clone();
-                    shorten::random_shortcuts(
-                        self.field,
-                        &mut path,
-                        self.shortening,
-                        16,
-                        self.random,
-                        self.budget,
-                    );
-                    Some(path)
-                } else {
-                    let (path, nodes) = self.restart(from, to);
-                    tour.nodes += nodes;
-                    path.filter(|path| self.cost(path) < 1.1 * *best)
-                };
+                let (candidate, nodes) = self.candidate(leg, *best, round, &mut lattice);
+                tour.nodes += nodes;
                 if let Some(mut path) = candidate {
                     shorten::polish(self.field, &mut path, self.shortening);
                     let cost = self.cost(&path);
@@ -190,6 +230,118 @@ impl<F: Field> Search<'_, F> {
             round += 1;
         }
     }
+
+    /// Something that may become a better leg: the leg itself, the lattice's way, shortcuts, or a fresh search.
+    fn candidate(
+        &mut self,
+        leg: &Leg,
+        best: f64,
+        round: usize,
+        lattice: &mut Option<Lattice>,
+    ) -> (Option<Vec<Point>>, usize) {
+        let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
+        if round == 0 {
+            return (Some(leg.path.clone()), 0);
+        }
+        if let Some(lattice) = lattice.as_mut().filter(|_| round == 1) {
+            let budget = &*self.budget;
+            let mut found = search::paths(lattice, self.field, from, &[to], || budget.late());
+            return (found.pop().flatten(), 0);
+        }
+        if round % 4 == 3 {
+            let mut path = leg.path.clone();
+            let (field, settings) = (self.field, self.shortening);
+            shorten::random_shortcuts(field, &mut path, settings, 16, self.random, self.budget);
+            return (Some(path), 0);
+        }
+        let (path, nodes) = self.restart(from, to);
+        (path.filter(|path| self.cost(path) < 1.1 * best), nodes)
+    }
+
+    /// The finest of the field's lattices with at most so many cells.
+    fn finest_lattice(&self, most: usize) -> Option<Lattice> {
+        let radius = self.shortening.radius;
+        let (low, high) = self.field.bounds();
+        let cells = |spacing: f64| (high.x - low.x) * (high.y - low.y) / (spacing * spacing);
+        self.field
+            .lattice_spacings(radius)
+            .into_iter()
+            .rfind(|&spacing| cells(spacing) <= most as f64)
+            .map(|spacing| Lattice::new(self.field, spacing, radius))
+    }
+
+    /// The best order by the lattice's ways between all stops, taken when that tour is shorter.
+    fn reorder(&mut self, tour: &mut Tour, lattice: &mut Lattice) {
+        let stops = tour.stops.clone();
+        let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
+        let mut lengths = vec![vec![f64::INFINITY; stops.len()]; stops.len()];
+        for from in 0..stops.len() - 1 {
+            let budget = &*self.budget;
+            let found = search::paths(lattice, self.field, stops[from], &stops[from + 1..], || {
+                budget.late()
+            });
+            for (to, path) in (from + 1..).zip(found) {
+                if let Some(mut path) = path {
+                    shorten::settle(self.field, &mut path, self.shortening, 3);
+                    lengths[from][to] = path_length(&path);
+                    paths.insert((from, to), path);
+                }
+            }
+        }
+        // What the tour has already may be shorter than what the lattice can say.
+        let mut from = 0usize;
+        for leg in &tour.legs {
+            let to = 1 + tour.visits.iter().position(|&v| v == leg.goal).unwrap_or(0);
+            let (a, b) = (from.min(to), from.max(to));
+            let length = path_length(&leg.path);
+            if length < lengths[a][b] {
+                lengths[a][b] = length;
+                let path = leg.path.clone();
+                paths.insert((a, b), if a == from { path } else { reversed(path) });
+            }
+            from = to;
+        }
+        let both_ways: Vec<Vec<f64>> = (0..stops.len())
+            .map(|a| {
+                (0..stops.len())
+                    .map(|b| lengths[a.min(b)][a.max(b)])
+                    .collect()
+            })
+            .collect();
+        let mut legs = Vec::new();
+        let mut from = 0usize;
+        for to in order::order(&both_ways) {
+            let Some(path) = paths.get(&(from.min(to), from.max(to))) else {
+                return;
+            };
+            legs.push(Leg {
+                goal: tour.visits[to - 1],
+                path: if from < to {
+                    path.clone()
+                } else {
+                    reversed(path.clone())
+                },
+            });
+            from = to;
+        }
+        let total = |legs: &[Leg]| -> f64 { legs.iter().map(|leg| self.cost(&leg.path)).sum() };
+        if total(&legs) < total(&tour.legs) {
+            tour.legs = legs;
+        }
+    }
+}
+
+fn reversed(mut path: Vec<Point>) -> Vec<Point> {
+    path.reverse();
+    path
+}
+
+/// Straight distances between all stops: no leg is shorter.
+fn straight(stops: &[Point]) -> Vec<Vec<f64>> {
+    stops
+        .iter()
+        .map(|&a| stops.iter().map(|&b| distance(a, b)).collect())
+        .collect()
 }
 
 /// A valid way between two stops (0 is the start): through the tree, or back to the start and out again.
@@ -202,15 +354,12 @@ fn raw_leg(stops: &Stops, grown: &Grown, from: usize, to: usize) -> Vec<Point> {
         return grown.tree.path_between(a, b);
     }
     let way = |stop: usize| match stop {
-        0 => vec![stops.start],
-        stop => stops.ways[stop - 1].clone(),
+        0 => std::slice::from_ref(&stops.start),
+        stop => &stops.ways[stop - 1][..],
     };
-    let mut path = way(from);
-    path.reverse();
-    for p in way(to) {
-        if path.last().is_none_or(|&last| distance(last, p) > 0.0) {
-            path.push(p);
-        }
-    }
+    let (back, out) = (way(from), way(to));
+    let shared = back.iter().zip(out).take_while(|(a, b)| a == b).count();
+    let mut path: Vec<Point> = back[shared.max(1) - 1..].iter().rev().copied().collect();
+    path.extend_from_slice(&out[shared..]);
     path
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -40,29 +41,16 @@ def plan(
     of tree extensions and shortcut attempts until which planning goes on improving: the same seed gives the same
     path. `budget_ms` does so by the clock, which is not repeatable. A first solution is sought beyond both.
 
-    `any_order` lets the planner choose the order (exact up to 10 goals). `start_escape_m`: a start that is nearer to
+    `any_order` lets the planner choose the order (exact up to 12 goals). `start_escape_m`: a start that is nearer to
     an obstacle than the radius may be left over up to this distance as long as the clearance grows.
     `corner_cost_m` is the length that one corner less is worth.
 
     Raises BadInput for values that make no sense. Goals without a way are named in the result.
     """
-    start = _point(field, "the start", start)
-    points = [_point(field, f"goal {index + 1}", goal) for index, goal in enumerate(goals)]
     if algorithm not in ALGORITHMS:
         raise BadInput(f"unknown algorithm {algorithm!r}: choose one of {', '.join(ALGORITHMS)}")
-    if not points:
-        raise BadInput("no goal given: name at least one")
-    _number("the robot's radius", robot_radius, 0.0)
-    _number("the start escape", start_escape_m, 0.0)
-    _number("the corner cost", corner_cost_m, 0.0)
-    if budget_ms is not None:
-        _number("the time budget", budget_ms, 0.0)
-    if iterations is not None and iterations < 1:
-        raise BadInput(f"iterations must be at least 1, not {iterations}")
-    if step_m is not None and not (math.isfinite(step_m) and step_m > 0.0):
-        raise BadInput(f"the step must be a positive number of metres, not {step_m}")
-    if goal_bias is not None and not 0.0 <= goal_bias <= 1.0:
-        raise BadInput(f"the goal bias must be between 0 and 1, not {goal_bias}")
+    start, points = checked_points(field, start, goals)
+    check_settings(robot_radius, start_escape_m, corner_cost_m, budget_ms, iterations, step_m, goal_bias)
     found = field.native.plan(
         start,
         np.array(points, dtype=np.float64).reshape(-1, 2),
@@ -77,6 +65,52 @@ def plan(
         step_m,
         goal_bias,
     )
+    return as_result(field, algorithm, start, points, robot_radius, found)
+
+
+def checked_points(
+    field: Field, start: tuple[float, float], goals: Sequence[tuple[float, float]]
+) -> tuple[tuple[float, float], list[tuple[float, float]]]:
+    """Start and goals as floats on the map. Raises BadInput."""
+    begin = _point(field, "the start", start)
+    points = [_point(field, f"goal {index + 1}", goal) for index, goal in enumerate(goals)]
+    if not points:
+        raise BadInput("no goal given: name at least one")
+    return begin, points
+
+
+def check_settings(
+    robot_radius: float,
+    start_escape_m: float,
+    corner_cost_m: float,
+    budget_ms: float | None,
+    iterations: int | None,
+    step_m: float | None,
+    goal_bias: float | None,
+) -> None:
+    """Raises BadInput for a setting that makes no sense."""
+    _number("the robot's radius", robot_radius, 0.0)
+    _number("the start escape", start_escape_m, 0.0)
+    _number("the corner cost", corner_cost_m, 0.0)
+    if budget_ms is not None:
+        _number("the time budget", budget_ms, 0.0)
+    if iterations is not None and iterations < 1:
+        raise BadInput(f"iterations must be at least 1, not {iterations}")
+    if step_m is not None and not (math.isfinite(step_m) and step_m > 0.0):
+        raise BadInput(f"the step must be a positive number of metres, not {step_m}")
+    if goal_bias is not None and not 0.0 <= goal_bias <= 1.0:
+        raise BadInput(f"the goal bias must be between 0 and 1, not {goal_bias}")
+
+
+def as_result(
+    field: Field,
+    algorithm: str,
+    start: tuple[float, float],
+    points: list[tuple[float, float]],
+    robot_radius: float,
+    found: dict[str, Any],
+) -> PlanResult:
+    """The native planner's answer with its reasons in words."""
     unreachable = tuple(found["unreachable"])
     return PlanResult(
         status="no_path" if unreachable else "ok",

@@ -1,0 +1,74 @@
+"""Planning again without starting again (section 3.5): the tree outlives the map that it was grown on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import rover_native
+
+from rover.planning.fields import Field
+from rover.planning.planner import as_result, check_settings, checked_points
+from rover.planning.result import PlanResult
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What became of the tree's nodes; `rewired` ones are among those kept."""
+
+    kept: int = 0
+    pruned: int = 0
+    rewired: int = 0
+
+
+class Planner:
+    """The multi-goal planner with a memory: each call of `plan` goes on from the one before.
+
+    Branches that the new map cuts are pruned, what hung on them is rewired, the tree grows on only towards goals that
+    it has lost or that are new, and old legs are mended where something stands in them. The start may move and goals
+    may come and go between calls. The same seed and the same calls give the same paths.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot_radius: float = 0.15,
+        seed: int = 0,
+        any_order: bool = False,
+        start_escape_m: float = 0.0,
+        corner_cost_m: float = 0.0,
+        step_m: float | None = None,
+        goal_bias: float | None = None,
+    ) -> None:
+        check_settings(robot_radius, start_escape_m, corner_cost_m, None, None, step_m, goal_bias)
+        self.robot_radius = float(robot_radius)
+        self.repair = Repair()
+        self._native = rover_native.NativePlanner(int(seed) % 2**64)
+        self._any_order = bool(any_order)
+        self._settings = (float(start_escape_m), float(corner_cost_m), step_m, goal_bias)
+
+    def plan(
+        self,
+        field: Field,
+        start: tuple[float, float],
+        goals: Sequence[tuple[float, float]],
+        *,
+        iterations: int | None = None,
+        budget_ms: float | None = None,
+    ) -> PlanResult:
+        """As `rover.planning.plan` with "multi-goal", on the map as it is now. Raises BadInput."""
+        start, points = checked_points(field, start, goals)
+        check_settings(self.robot_radius, 0.0, 0.0, budget_ms, iterations, None, None)
+        found = self._native.plan(
+            field.native,
+            start,
+            np.array(points, dtype=np.float64).reshape(-1, 2),
+            self.robot_radius,
+            iterations,
+            budget_ms,
+            self._any_order,
+            *self._settings,
+        )
+        self.repair = Repair(found["kept"], found["pruned"], found["rewired"])
+        return as_result(field, "multi-goal", start, points, self.robot_radius, found)

@@ -1,4 +1,4 @@
-"""`rover detect`: candidates in pictures taken from straight above, and their classes."""
+"""`rover detect`: candidates in single pictures, and their classes."""
 
 from __future__ import annotations
 
@@ -10,30 +10,41 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from rover.cli.output import write_json, write_text
+from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
     from rover.detection.classifier import Classifier
-    from rover.detection.detect import Detection
+    from rover.vision.camera import CameraModel
 
-HELP = """Find what may be a mine in thermal pictures taken from straight above.
+HELP = """Find what may be a mine in thermal pictures.
 
-Boxes are [x, y, w, h] in pixels of the picture as it lies on disk. The class is the most probable one; `background`
-is a candidate that the classifier takes for soil.
+16 bits are kelvin × 100. Pictures of 8 bits, or of unknown scale, are searched for spots of every size; a scale only
+rules out what cannot be a mine. With a camera file the picture is laid on the ground as the rover does it.
+Boxes are [x, y, w, h] in pixels of the picture as it lies on disk, whatever its EXIF orientation says. The class is the
+most probable one; `background` is a candidate that the classifier takes for soil. A picture that cannot be used gets
+one line on stderr and an `error` in the JSON; the exit code is then 2.
 
 \b
 Examples:
+  rover detect drone/*.jpg --json
   rover detect ground.tif --metres-per-pixel 0.01
-  rover detect frames/*.png --metres-per-pixel 0.004 --threshold 0.5 --json
+  rover detect frame.png --camera lepton-160 --threshold 0.5
 """
 TEXTURE_KELVIN = 0.6
-"""Standard deviation of bare ground that pictures without a scale are brought to, as the classifier's training did."""
+"""Standard deviation that the ground of a picture without kelvin is brought to, where kelvin are needed."""
+
+Picture = NDArray[np.uint8] | NDArray[np.uint16]
 
 
 def command(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGES…", help="Pictures, 8 or 16 bits.")],
-    metres_per_pixel: Annotated[float, typer.Option(metavar="M", help="Size of a pixel on the ground, metres.")],
+    metres_per_pixel: Annotated[
+        float | None, typer.Option(metavar="M", help="Size of a pixel on the ground, metres.")
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(metavar="CAMERA.toml", help="The radiometric camera, a file or a built-in name.")
+    ] = None,
     threshold: Annotated[
         float,
         typer.Option(min=0.0, max=1.0, metavar="T", help="Leave out what is a mine with less probability than this."),
@@ -45,48 +56,127 @@ def command(
 ) -> int:
     """See HELP."""
     from rover.detection.classifier import Classifier, default_model
+    from rover.vision.camera_file import load_camera
 
-    if not 1e-4 < metres_per_pixel < 1.0:
+    if metres_per_pixel is not None and camera is not None:
+        raise BadInput("--metres-per-pixel and --camera: only one of them can tell the scale")
+    if metres_per_pixel is not None and not 1e-4 < metres_per_pixel < 1.0:
         raise BadInput(f"--metres-per-pixel {metres_per_pixel:g}: a value between 0.0001 and 1 is expected")
+    mount = load_camera(camera) if camera is not None else None
     classifier = Classifier(model or default_model())
-    entries = [examine(image, metres_per_pixel, threshold, classifier) for image in images]
+    entries, faults = [], []
+    for image in images:
+        try:
+            entries.append(examine(image, metres_per_pixel, threshold, classifier, mount))
+        except BadInput as error:
+            faults.append(error)
+            entries.append({"image": str(image), "error": str(error), "time_ms": None, "detections": []})
+    if len(images) == 1 and faults:
+        raise faults[0]
+    for fault in faults:
+        say(str(fault))
     if as_json:
         write_json(entries)
     else:
         write_text("\n".join(text(entry) for entry in entries))
-    return 0
+    return BadInput.exit_code if faults else 0
 
 
-def examine(file: Path, metres_per_pixel: float, threshold: float, classifier: Classifier) -> dict[str, Any]:
+def examine(
+    file: Path,
+    metres_per_pixel: float | None,
+    threshold: float,
+    classifier: Classifier,
+    camera: CameraModel | None = None,
+) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     from rover.capture.picture import read_picture
     from rover.detection.classifier import MINES
-    from rover.detection.detect import DetectSettings, detect
-    from rover.detection.ground_image import from_picture
+    from rover.detection.picture_check import check_picture
 
     picture = read_picture(file)
-    values = temperatures(picture)
+    size = (camera.width, camera.height) if camera is not None else None
+    check_picture(picture, str(file), size, camera is not None)
     begin = time.perf_counter()
-    ground = from_picture(values, metres_per_pixel)
-    found = detect(ground, classifier, DetectSettings())
+    if camera is not None:
+        found = in_view(picture, camera, classifier)
+    elif metres_per_pixel is not None and picture.dtype == np.uint16:
+        found = in_kelvin(picture, metres_per_pixel, classifier)
+    else:
+        found = in_grey(picture, metres_per_pixel, classifier)
     time_ms = (time.perf_counter() - begin) * 1e3
-    scale = (picture.shape[1] / ground.kelvin.shape[1], picture.shape[0] / ground.kelvin.shape[0])
     return {
         "image": str(file),
         "time_ms": round(time_ms, 3),
         "detections": [
             {
-                "bbox": box_on_disk(detection, scale, (picture.shape[1], picture.shape[0])),
-                "class": detection.label,
-                "p": {name: round(p, 6) for name, p in detection.p.items()},
+                "bbox": cut(corners, (picture.shape[1], picture.shape[0])),
+                "class": max(p, key=lambda name: (p[name], name)),
+                "p": {name: round(value, 6) for name, value in p.items()},
             }
-            for detection in found
-            if sum(detection.p[name] for name in MINES) >= threshold
+            for corners, p in found
+            if sum(p[name] for name in MINES) >= threshold
         ],
     }
 
 
-def temperatures(picture: NDArray[np.uint8] | NDArray[np.uint16]) -> NDArray[np.float32]:
+Corners = tuple[float, float, float, float]
+"""Left, top, right and bottom edge, pixels of the picture."""
+
+
+def in_grey(
+    picture: Picture, metres_per_pixel: float | None, classifier: Classifier
+) -> list[tuple[Corners, dict[str, float]]]:
+    """Detections of a picture without kelvin, or without a scale."""
+    from rover.detection.picture_detect import detect_in_picture
+
+    values = picture.astype(np.float32)
+    if picture.dtype == np.uint16:
+        low, high = np.percentile(values[::2, ::2], (0.5, 99.5))
+        values = np.clip((values - np.float32(low)) * np.float32(255.0 / max(high - low, 1.0)), 0.0, 255.0)
+    return [
+        ((d.x - d.extent / 2, d.y - d.extent / 2, d.x + d.extent / 2, d.y + d.extent / 2), d.p)
+        for d in detect_in_picture(values, classifier, metres_per_pixel)
+    ]
+
+
+def in_kelvin(
+    picture: Picture, metres_per_pixel: float, classifier: Classifier
+) -> list[tuple[Corners, dict[str, float]]]:
+    """Detections of a radiometric picture taken from straight above."""
+    from rover.detection.detect import DetectSettings, detect
+    from rover.detection.ground_image import from_picture
+
+    ground = from_picture(temperatures(picture), metres_per_pixel)
+    across, down = picture.shape[1] / ground.kelvin.shape[1], picture.shape[0] / ground.kelvin.shape[0]
+    found = []
+    for detection in detect(ground, classifier, DetectSettings()):
+        row, column, height, width = detection.bbox
+        found.append(((column * across, row * down, (column + width) * across, (row + height) * down), detection.p))
+    return found
+
+
+def in_view(
+    picture: Picture, camera: CameraModel, classifier: Classifier
+) -> list[tuple[Corners, dict[str, float]]]:
+    """Detections of a frame of a mounted camera: found on the ground plane, told in the frame's own pixels."""
+    from rover.capture.frame import Frame
+    from rover.detection.detect import DetectSettings, detect
+    from rover.detection.ground_image import GroundRectifier
+
+    ground = GroundRectifier(camera).rectify(Frame(picture.astype(np.uint16), 0.0, 0))
+    found = []
+    for detection in detect(ground, classifier, DetectSettings()):
+        row, column, height, width = detection.bbox
+        corners = np.array([(row + a * height, column + b * width) for a in (0, 1) for b in (0, 1)], float)
+        pixels = camera.ground_to_pixel(ground.to_base(corners))
+        if np.isfinite(pixels).all():
+            (left, top), (right, bottom) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+            found.append(((left, top, right, bottom), detection.p))
+    return found
+
+
+def temperatures(picture: Picture) -> NDArray[np.float32]:
     """A picture (h, w) as kelvin: 16 bits are kelvin × 100; 8 bits tell no scale, so the ground's texture sets it."""
     if picture.dtype == np.uint16:
         return picture.astype(np.float32) / np.float32(100.0)
@@ -95,16 +185,17 @@ def temperatures(picture: NDArray[np.uint8] | NDArray[np.uint16]) -> NDArray[np.
     return values * np.float32(TEXTURE_KELVIN / max(spread, 1.0))
 
 
-def box_on_disk(detection: Detection, scale: tuple[float, float], size: tuple[int, int]) -> list[float]:
-    """[x, y, w, h] in the picture's own pixels, cut off at its border; `scale`: its pixels per ground pixel (x, y)."""
-    row, column, height, width = detection.bbox
-    left, right = (min(max(edge * scale[0], 0.0), size[0]) for edge in (column, column + width))
-    top, bottom = (min(max(edge * scale[1], 0.0), size[1]) for edge in (row, row + height))
+def cut(corners: Corners, size: tuple[int, int]) -> list[float]:
+    """[x, y, w, h], cut off at the border of a picture of this size (width, height)."""
+    left, right = (min(max(edge, 0.0), float(size[0])) for edge in (corners[0], corners[2]))
+    top, bottom = (min(max(edge, 0.0), float(size[1])) for edge in (corners[1], corners[3]))
     return [round(value, 2) for value in (left, top, right - left, bottom - top)]
 
 
 def text(entry: dict[str, Any]) -> str:
     """One picture's entry for a person."""
+    if "error" in entry:
+        return f"{entry['image']}: not searched"
     lines = [f"{entry['image']}: {len(entry['detections'])} found, {entry['time_ms']:.1f} ms"]
     for found in entry["detections"]:
         x, y, w, h = found["bbox"]

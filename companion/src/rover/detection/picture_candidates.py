@@ -1,0 +1,82 @@
+"""Spots of a picture whose scale is not known, or not well: blobs of every size, in brightness and in texture.
+
+Recall is what counts: the strongest few of every size, sign and map are looked at, whatever stands out elsewhere.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.detection.picture_maps import Map, PictureMaps
+
+# Diameters, as shares of the picture's longer side, and the ratio of one to the next.
+SMALLEST, LARGEST, RATIO = 0.026, 0.66, 2.0 ** (1.0 / 3.0)
+# A disc of diameter d answers most at sigma = d / 2.8; the surround is two steps of the scale wider.
+DIAMETER = 2.8
+# Blobs kept of each size: (map, sign, how many).
+QUOTAS = ((0, 1, 6), (0, -1, 3), (1, 1, 3), (1, -1, 1), (2, 1, 2))
+# Candidates of one size whose centres are nearer than this share of it are one.
+NEAR = 0.2
+# What a mine may measure on the ground, metres, where the scale is told and the picture shows this much of it.
+MINE_METRES = (0.06, 1.2)
+TRUSTED_METRES = 1.2
+
+Spots = NDArray[np.float32]
+
+
+def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spots:
+    """Candidates (N, 3): x, y of the centre and diameter, in pixels of the picture; deterministic order."""
+    longer = max(maps.size)
+    low, high = SMALLEST * longer, LARGEST * longer
+    if metres_per_pixel is not None and longer * metres_per_pixel >= TRUSTED_METRES:
+        low, high = max(low, MINE_METRES[0] / metres_per_pixel), min(high, MINE_METRES[1] / metres_per_pixel)
+    steps = np.arange(round(np.log(LARGEST / SMALLEST) / np.log(RATIO)) + 1)
+    extents = [e for e in (SMALLEST * longer * RATIO**steps).tolist() if low / RATIO <= e <= high * RATIO]
+    found: list[Spots] = []
+    answers = [_answers(maps, channel, extents) for channel in range(3)]
+    for index, extent in enumerate(extents):
+        here: list[tuple[float, float]] = []
+        for channel, sign, most in QUOTAS:
+            answer, step = answers[channel][index]
+            for x, y in _peaks(answer * np.float32(sign), extent / step, most):
+                point = ((x + 0.5) * step, (y + 0.5) * step)
+                if all((point[0] - u) ** 2 + (point[1] - v) ** 2 >= (NEAR * extent) ** 2 for u, v in here):
+                    here.append(point)
+        found.append(np.array([(x, y, extent) for x, y in here], np.float32).reshape(-1, 3))
+    return np.concatenate(found) if found else np.zeros((0, 3), np.float32)
+
+
+def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tuple[Map, float]]:
+    """Difference of Gaussians of every size, and pixels of the picture per pixel of it."""
+    levels = maps.levels[channel]
+    blurred: dict[tuple[int, int], Map] = {}
+    answers = []
+    for extent in extents:
+        sigma = extent / maps.step / DIAMETER
+        # Sigma between 1.1 and 2.2 pixels of its level: cheap, and exact enough.
+        level = int(np.clip(np.floor(np.log2(sigma / 1.1)), 0, len(levels) - 1))
+        centre, around = (
+            _blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, RATIO * RATIO)
+        )
+        answers.append((centre - around, maps.step * 2.0**level))
+    return answers
+
+
+def _blur(picture: Map, sigma: float, known: dict[tuple[int, int], Map], level: int) -> Map:
+    key = (level, round(sigma * 1000.0))
+    if key not in known:
+        known[key] = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_REFLECT_101)
+    return known[key]
+
+
+def _peaks(strength: Map, extent: float, most: int) -> list[tuple[float, float]]:
+    """(x, y) of the strongest local maxima above zero."""
+    side = 2 * max(1, round(0.25 * extent)) + 1
+    peak = (strength >= cv2.dilate(strength, np.ones((side, side), np.uint8))) & (strength > 1e-3)
+    flat = np.flatnonzero(peak)
+    if len(flat) > most:
+        flat = flat[np.argsort(-strength.flat[flat], kind="stable")[:most]]
+    rows, columns = np.unravel_index(flat, strength.shape)
+    return list(zip(columns.tolist(), rows.tolist(), strict=True))

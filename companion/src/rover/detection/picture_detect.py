@@ -1,0 +1,78 @@
+"""One picture without kelvin to detections: spots of every size, what the classifier says, one box for each thing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.detection.classifier import MINES, Classifier
+from rover.detection.patch import LENGTH, PICTURE_NUMBERS, SIDE
+from rover.detection.picture_candidates import find_spots
+from rover.detection.picture_maps import PictureMaps, picture_maps
+from rover.detection.picture_patch import NUMBERS, describe_spots
+
+# Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
+SAME = 0.5
+MOST = 25
+
+
+@dataclass(frozen=True)
+class PictureDetection:
+    """x, y: centre, extent: diameter, pixels of the picture. p: probability of every class."""
+
+    x: float
+    y: float
+    extent: float
+    p: dict[str, float]
+
+    @property
+    def mine_probability(self) -> float:
+        """Probability of a mine of either kind."""
+        return sum(self.p[name] for name in MINES)
+
+
+def describe_picture(
+    maps: PictureMaps, spots: NDArray[np.float32], reference: NDArray[np.float32] | None = None
+) -> NDArray[np.float32]:
+    """Vectors (N, LENGTH) of spots (N, 3); what only kelvin and metres can tell is zero."""
+    vectors = np.zeros((len(spots), LENGTH), np.float32)
+    if not len(spots):
+        return vectors
+    thermal, occupied, wide, numbers = describe_spots(maps, spots, reference)
+    area = SIDE * SIDE
+    vectors[:, :area], vectors[:, area : 2 * area], vectors[:, 2 * area : 3 * area] = thermal, occupied, wide
+    vectors[:, PICTURE_NUMBERS : PICTURE_NUMBERS + NUMBERS] = numbers
+    vectors[:, -1] = 1.0
+    return vectors
+
+
+def detect_in_picture(
+    grey: NDArray[np.float32], classifier: Classifier, metres_per_pixel: float | None = None
+) -> list[PictureDetection]:
+    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MOST."""
+    maps = picture_maps(grey)
+    spots = find_spots(maps, metres_per_pixel)
+    if not len(spots):
+        return []
+    p = classifier.predict(describe_picture(maps, spots))
+    mine = p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
+    return [
+        PictureDetection(*spots[i].tolist(), dict(zip(classifier.classes, p[i].tolist(), strict=True)))
+        for i in thin(spots, mine, MOST)
+    ]
+
+
+def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> list[int]:
+    """Indices of the spots that stay, highest score first: none within another's place."""
+    kept: list[int] = []
+    for index in np.argsort(-score, kind="stable").tolist():
+        if len(kept) == most:
+            break
+        x, y, extent = spots[index].tolist()
+        others = spots[kept]
+        apart = np.maximum(np.abs(others[:, 0] - x), np.abs(others[:, 1] - y)) if kept else np.zeros(0)
+        if (apart > SAME * np.maximum(others[:, 2], extent)).all() if kept else True:
+            kept.append(index)
+    return kept

@@ -1,0 +1,75 @@
+"""The network's training: 256 and 128 hidden units, weighted samples, a learning rate that falls once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from rover.detection.classifier import CLASSES
+from sklearn.neural_network import MLPClassifier
+
+HIDDEN = (256, 128)
+WEIGHT_DECAY = 0.05
+RATE, SLOWER, SLOWER_AFTER = 5e-4, 0.2, 0.6
+BATCH = 512
+# Added to every standard deviation: what hardly varies may not be blown up.
+LEAST_DEVIATION = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Weights and biases of the layers, and what the input is standardised with."""
+
+    weights: list[NDArray[np.floating]]
+    biases: list[NDArray[np.floating]]
+    mean: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    classes: tuple[int, ...]
+
+    def logits(self, vectors: NDArray[np.floating]) -> NDArray[np.float32]:
+        """(N, len(CLASSES)); a class that was never shown gets -30."""
+        flow = ((vectors - self.mean) / self.scale).astype(np.float32)
+        for weight, bias in zip(self.weights[:-1], self.biases[:-1], strict=True):
+            flow = np.maximum(flow @ weight + bias, 0.0)
+        answer = np.full((len(vectors), len(CLASSES)), -30.0, np.float32)
+        answer[:, self.classes] = flow @ self.weights[-1] + self.biases[-1]
+        return answer
+
+
+def fit(
+    vectors: NDArray[np.floating],
+    labels: NDArray[np.integer],
+    weights: NDArray[np.floating],
+    epochs: int,
+    seed: int,
+    decay: float = WEIGHT_DECAY,
+) -> Network:
+    """Trains on vectors (N, LENGTH) with labels (N,) into CLASSES and weights (N,)."""
+    mean, deviation = _moments(vectors)
+    scale = deviation + LEAST_DEVIATION
+    classes = tuple(np.unique(labels).tolist())
+    rng = np.random.default_rng([seed, 84])
+    network = MLPClassifier(HIDDEN, alpha=decay, batch_size=BATCH, learning_rate_init=RATE, random_state=seed)
+    standard = np.empty(vectors.shape, np.float32)
+    for begin in range(0, len(vectors), 4096):
+        standard[begin : begin + 4096] = (vectors[begin : begin + 4096] - mean) / scale
+    standard = np.clip(standard, -8.0, 8.0, out=standard)
+    share = (weights / weights.mean()).astype(np.float32)
+    for epoch in range(epochs):
+        if epoch == round(SLOWER_AFTER * epochs):
+            optimizer = network._optimizer
+            optimizer.learning_rate_init = optimizer.learning_rate = RATE * SLOWER
+        order = rng.permutation(len(standard))
+        network.partial_fit(standard[order], labels[order], classes=classes, sample_weight=share[order])
+    return Network(network.coefs_, network.intercepts_, mean, scale, classes)
+
+
+def _moments(vectors: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean and standard deviation of every column, in parts: the vectors may be float16."""
+    total, squares = np.zeros(vectors.shape[1]), np.zeros(vectors.shape[1])
+    for begin in range(0, len(vectors), 4096):
+        part = vectors[begin : begin + 4096].astype(np.float64)
+        total, squares = total + part.sum(axis=0), squares + (part * part).sum(axis=0)
+    mean = total / len(vectors)
+    return mean, np.sqrt(np.maximum(squares / len(vectors) - mean * mean, 0.0))

@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, flash, hil, link, plan, register, run, status, trajectory
+from rover.cli import decode, detect, doctor, flash, hil, link, plan, register, run, status, track, trajectory
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -73,6 +73,7 @@ for _name, _module, _brief in (
     ("plan", plan, "A path through goals on a map."),
     ("trajectory", trajectory, "A path to constant-jerk segments."),
     ("register", register, "Where one picture lies in another."),
+    ("track", track, "A folder of frames to camera poses."),
     ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),
     ("status", status, "Why a rover stopped, asked over its port."),

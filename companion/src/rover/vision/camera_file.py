@@ -28,8 +28,10 @@ def built_in_cameras() -> list[str]:
     return sorted(file.stem for file in BUILT_IN.glob("*.toml"))
 
 
-def load_camera(name_or_path: str | Path) -> CameraModel:
+def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
     """The camera of that built-in name, or of that TOML file.
+
+    mounted: where it sits on the rover must be given; without, [mount] may be left out.
 
     Raises BadInput (one line: file, key, what is expected) for anything that does not describe a camera.
     """
@@ -41,18 +43,18 @@ def load_camera(name_or_path: str | Path) -> CameraModel:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise BadInput(f"{file}: not valid TOML: {error}") from error
-    return _camera(content, str(file))
+    return _camera(content, str(file), mounted)
 
 
-def _camera(content: dict[str, Any], where: str) -> CameraModel:
+def _camera(content: dict[str, Any], where: str, mounted: bool) -> CameraModel:
     _only(content, TOP_KEYS, where)
     name = content.get("name")
     if not isinstance(name, str) or not name:
         raise BadInput(f"{where}: name: a text is expected")
     width, height = (_size(content, key, where) for key in ("width", "height"))
-    mount = _table(content, "mount", MOUNT_KEYS, where)
+    mount = _table(content, "mount", MOUNT_KEYS, where) if mounted or "mount" in content else {}
     values = {key: _number(mount, key, f"{where}: mount", 0.0) for key in MOUNT_KEYS}
-    if values["z_m"] <= 0.0:
+    if mounted and values["z_m"] <= 0.0:
         raise BadInput(f"{where}: mount.z_m: a height above the ground is expected, got {values['z_m']}")
     placed = {
         "x": values["x_m"],

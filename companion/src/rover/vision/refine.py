@@ -44,10 +44,10 @@ def refine_homography(
     """
     refined = homography
     for _ in range(settings.rounds):
-        laid = _lay(picture_a, picture_b, refined)
+        laid = lay(picture_a, picture_b, refined)
         if laid is None:
             return homography
-        start, end = _track(*laid, picture_b, settings)
+        start, end = _corners_followed(*laid, picture_b, settings)
         if len(start) < settings.min_points:
             return homography
         step = fit_homography(start, end, settings.scale_px)
@@ -98,7 +98,7 @@ def _apply(homography: Points, points: Points) -> Points:
     return mapped[:, :2] / mapped[:, 2:]
 
 
-def _lay(
+def lay(
     picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: Points
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]] | None:
     """A in B's frame, and where it has pixels, away from its edge; None when hardly anything is left."""
@@ -109,15 +109,27 @@ def _lay(
     return (laid, mask) if cv2.countNonZero(mask) > 0.01 * mask.size else None
 
 
-def _track(
+def follow(
+    laid: NDArray[np.uint8], picture_b: NDArray[np.uint8], points: Points, settings: RefineSettings
+) -> tuple[Points, NDArray[np.bool_]]:
+    """Where `points` (N, 2) of the laid picture lie in B, and which of them (N,) came back to their start."""
+    if len(points) == 0:
+        return np.empty((0, 2)), np.empty(0, bool)
+    start = points.astype(np.float32).reshape(-1, 1, 2)
+    window = (settings.window, settings.window)
+    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, start, None, winSize=window, maxLevel=2)
+    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, winSize=window, maxLevel=2)
+    apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart <= settings.round_trip_px)
+    return there.reshape(-1, 2).astype(np.float64), good
+
+
+def _corners_followed(
     laid: NDArray[np.uint8], mask: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RefineSettings
 ) -> tuple[Points, Points]:
     corners = cv2.goodFeaturesToTrack(laid, settings.corners, settings.quality, settings.distance, mask=mask)
     if corners is None:
         return np.empty((0, 2)), np.empty((0, 2))
-    window = (settings.window, settings.window)
-    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, corners, None, winSize=window, maxLevel=2)
-    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, winSize=window, maxLevel=2)
-    apart = np.linalg.norm((back - corners).reshape(-1, 2), axis=1)
-    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart <= settings.round_trip_px)
-    return corners.reshape(-1, 2)[good].astype(np.float64), there.reshape(-1, 2)[good].astype(np.float64)
+    start = corners.reshape(-1, 2).astype(np.float64)
+    there, good = follow(laid, picture_b, start, settings)
+    return start[good], there[good]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
 from rover.vision.matching import MatchSettings, match_features
-from rover.vision.preprocess import Preprocessor, PreprocessSettings
+from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
 from rover.vision.refine import RefineSettings, refine_homography
 
 Points = NDArray[np.float64]
@@ -92,7 +92,10 @@ def find_features(picture: Picture, settings: RegistrationSettings) -> Features:
 def refined(
     found: Registration, picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RegistrationSettings
 ) -> Registration:
-    """`found` with its homography made exact on the prepared pictures, where most of its inliers still agree then."""
+    """`found` with its homography made exact where most of its inliers still agree then.
+
+    Pictures: (H, W) uint8 of `local_contrast`.
+    """
     if found.homography is None:
         return found
     homography = refine_homography(picture_a, picture_b, found.homography, settings.refine)
@@ -115,9 +118,9 @@ def refined(
 def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
     """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size."""
     settings = settings or RegistrationSettings()
-    picture_a, picture_b = (Preprocessor(settings.preprocess)(image) for image in (image_a, image_b))
-    a, b = (FeatureDetector(settings.features).detect(picture) for picture in (picture_a, picture_b))
-    return refined(register_features(a, b, image_a.shape, image_b.shape, settings), picture_a, picture_b, settings)
+    a, b = find_features(image_a, settings), find_features(image_b, settings)
+    found = register_features(a, b, image_a.shape, image_b.shape, settings)
+    return refined(found, local_contrast(image_a), local_contrast(image_b), settings)
 
 
 def register_features(

@@ -1,0 +1,112 @@
+"""`rover track`: a folder of frames to camera poses."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from rover.capture.source import FRAME_PERIOD
+from rover.cli.output import write_json, write_text
+from rover.errors import BadInput
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rover.vision.sequence import SequencePose
+
+HELP = """Track a camera through a folder of frames (8 or 16 bits, in the order of their names).
+
+Poses are those of the camera (x right, y down, z forward) in the axes of the first tracked frame. Frames alone don't
+tell how large the world is: one unit of length is the distance from the first frame to the plane that it looks at.
+A frame that cannot be placed is left out.
+
+\b
+Examples:
+  rover track frames --camera camera.toml
+  rover track frames --camera camera.toml --json | jq '.poses[-1]'
+"""
+
+EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
+
+
+def command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of frames.")],
+    camera: Annotated[str, typer.Option("--camera", metavar="CAMERA", help="Camera TOML, or a built-in name.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+) -> int:
+    """See HELP."""
+    from rover.capture.picture import read_picture
+    from rover.cli.progress import progress
+    from rover.vision.camera_file import load_camera
+    from rover.vision.sequence import SequenceSettings, track_sequence
+
+    model = load_camera(camera, mounted=False)
+    files = picture_files(folder)
+    pictures = [read_picture(file) for file in files]
+    for file, picture in zip(files, pictures, strict=True):
+        if picture.shape != (model.height, model.width):
+            size = f"{picture.shape[1]}×{picture.shape[0]}"
+            raise BadInput(f"{file}: {size} pixels, the camera {model.name} has {model.width}×{model.height}")
+    begin = time.perf_counter()
+    with progress("frames") as advance:
+        poses = track_sequence(pictures, model, SequenceSettings(), advance)
+    each_ms = (time.perf_counter() - begin) * 1e3 / len(files)
+    if as_json:
+        write_json(document(poses, [file.name for file in files], each_ms))
+    else:
+        write_text("\n".join(lines(poses, [file.name for file in files], each_ms)))
+    return 0
+
+
+def picture_files(folder: Path) -> list[Path]:
+    """The pictures of a folder by name. Raises BadInput where there is none."""
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: no such folder of frames")
+    files = sorted(file for file in folder.iterdir() if file.suffix.lower() in EXTENSIONS)
+    if not files:
+        raise BadInput(f"{folder}: no pictures in this folder (PNG, TIFF, JPEG, PGM or BMP expected)")
+    return files
+
+
+def document(poses: list[SequencePose], names: list[str], each_ms: float) -> dict[str, Any]:
+    """The poses as JSON; t in seconds as if a frame came every FRAME_PERIOD: a folder has no times."""
+    return {
+        "frames": len(names),
+        "tracked": len(poses),
+        "poses": [
+            {"frame": pose.frame, "name": names[pose.frame], "t": round(pose.frame * FRAME_PERIOD, 6)}
+            | dict(zip("xyz", map(float, pose.position), strict=True))
+            | dict(zip(("qx", "qy", "qz", "qw"), quaternion(pose.rotation), strict=True))
+            for pose in poses
+        ],
+        "time_ms_per_frame": round(each_ms, 3),
+    }
+
+
+def lines(poses: list[SequencePose], names: list[str], each_ms: float) -> list[str]:
+    """The poses for a person."""
+    head = f"{len(poses)} of {len(names)} frames tracked, {each_ms:.0f} ms a frame"
+    return [head] + [
+        f"  {names[p.frame]}  " + "  ".join(f"{value:9.5f}" for value in (*p.position, *quaternion(p.rotation)))
+        for p in poses
+    ]
+
+
+def quaternion(rotation: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """(x, y, z, w), w ≥ 0, of a rotation matrix (3, 3): the eigenvector of its symmetric form (Bar-Itzhack)."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    form = np.array(
+        [
+            [a - e - i, 0.0, 0.0, 0.0],
+            [d + b, e - a - i, 0.0, 0.0],
+            [g + c, h + f, i - a - e, 0.0],
+            [h - f, c - g, d - b, a + e + i],
+        ]
+    )
+    x, y, z, w = np.linalg.eigh(form, UPLO="L")[1][:, -1]
+    sign = -1.0 if w < 0 else 1.0
+    return float(sign * x), float(sign * y), float(sign * z), float(sign * w)

@@ -11,11 +11,19 @@ import pytest
 from rover.errors import BadInput, PreflightFailed
 from rover_hil.firmware_process import find_binary
 from rover_hil.scenario.library import FOLDER
-from rover_hil.scenario.mutate import ROOT, Edit, check_places, load_mutations, locate
+from rover_hil.scenario.mutate import ROOT, Edit, check_places, complaints, load_mutations, locate
 
 
 def test_every_guard_is_where_the_mutation_run_takes_it_out() -> None:
     assert check_places(load_mutations()) == []
+
+
+def test_every_scenario_is_named_for_a_guard() -> None:
+    assert complaints(load_mutations(), {}) == []
+
+
+def test_a_scenario_that_does_not_notice_is_named() -> None:
+    assert "serial-cut passes without the guard 'dead-man'" in complaints(load_mutations(), {"dead-man": []})
 
 
 def test_a_place_that_is_gone_or_ambiguous_is_named(tmp_path: Path) -> None:

@@ -163,9 +163,13 @@ FAULTS: dict[str, Fault] = {
     ),
     # The board.
     "emergency-stop-input": Fault("the red button is pressed, and released after the duration", {}),
-    "firmware-hang": Fault("the firmware's loop hangs until the watchdog resets the board", {}, lasting=False),
-    "firmware-stall": Fault("the control loop misses its ticks for a while, less than the watchdog's time", {}),
-    "brown-out": Fault("the board's supply dips: reset, and a start once it is back", {}),
+    "firmware-hang": Fault(
+        "the firmware's loop hangs until the watchdog resets the board", {}, ("sitl",), SERIAL, lasting=False
+    ),
+    "firmware-stall": Fault(
+        "the control loop misses its ticks for a while, less than the watchdog's time", {}, ("sitl",)
+    ),
+    "brown-out": Fault("the board's supply dips: reset, and a start once it is back", {}, SIMULATED, SERIAL),
     # Wheels and motors.
     "encoder-stuck": Fault("an encoder gives no edges", WHEEL),
     "encoder-reversed": Fault("phases A and B of an encoder are exchanged", WHEEL),

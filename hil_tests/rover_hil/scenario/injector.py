@@ -9,12 +9,12 @@ from rover.motion.segment import FLAG_BEGIN, FLAG_REST
 from rover_plant import Plant
 from rover_protocol import messages
 
+from rover_hil.scenario.board_faults import FaultyRig
 from rover_hil.scenario.catalogue import SONARS, WHEELS
 from rover_hil.scenario.driver import Companion
 from rover_hil.scenario.host import Host
 from rover_hil.scenario.language import Injection
 from rover_hil.scenario.probe import Probe
-from rover_hil.scenario.sitl_faults import FaultySitlRig
 from rover_hil.scenario.stage import POST_HEIGHT
 from rover_hil.scenario.wire_faults import FLIP, WireFaults
 
@@ -33,7 +33,7 @@ class Injector:
     """Knows every part of a run."""
 
     def __init__(
-        self, plant: Plant, rig: FaultySitlRig, wire: WireFaults, host: Host, companion: Companion, probe: Probe
+        self, plant: Plant, rig: FaultyRig, wire: WireFaults, host: Host, companion: Companion, probe: Probe
     ) -> None:
         self._plant = plant
         self._rig = rig

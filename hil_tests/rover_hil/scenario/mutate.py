@@ -1,11 +1,11 @@
-"""Takes one guard out at a time and shows which scenarios notice.
+"""Takes one guard out at a time and shows that scenarios notice.
 
-python -m rover_hil.scenario.mutate                       all guards
+python -m rover_hil.scenario.mutate                       all guards, each against the scenarios that it names
 python -m rover_hil.scenario.mutate --guard sonar         those whose name holds a word
-python -m rover_hil.scenario.mutate --table table.md      also write the table as Markdown
+python -m rover_hil.scenario.mutate --full                each guard against every scenario: the whole table
 
-Each mutant is a copy of the sources in a folder of its own with one line changed; nothing here touches the originals.
-Ends with 1 when a scenario notices no mutation, or a mutation is noticed by no scenario.
+Each mutant is a copy of the sources in a folder of its own with one place changed; nothing here touches the originals.
+Ends with 1 when a scenario passes that `mutations.toml` names for a guard, or is named for none.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed, RoverError
 
-from rover_hil.scenario.library import FOLDER, find
+from rover_hil.scenario.library import find, shipped
 from rover_hil.scenario.table import Table
 
 if sys.version_info >= (3, 11):
@@ -35,7 +35,7 @@ MUTATIONS = Path(__file__).with_name("mutations.toml")
 RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
 PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
 JOBS = 2
-QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "1", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
+QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
 """Mutants are built once and run for a minute: what building saves is worth more than their speed."""
 
 
@@ -53,6 +53,7 @@ class Mutation:
     """A guard, and the edits that take it out."""
 
     guard: str
+    noticed_by: tuple[str, ...]
     edits: tuple[Edit, ...]
 
     @property
@@ -68,7 +69,8 @@ def load_mutations(path: Path = MUTATIONS) -> list[Mutation]:
     for table in top.tables("mutation"):
         also = [Table(path, f"{table.name}.also", entry) for entry in table.raw("also", [])]
         edits = tuple(Edit(t.text("file"), t.text("find"), str(t.raw("replace"))) for t in (table, *also))
-        mutations.append(Mutation(table.text("guard"), edits))
+        names = table.texts("noticed_by", [file.stem for file in shipped()])
+        mutations.append(Mutation(table.text("guard"), names, edits))
         table.done()
     top.done()
     return mutations
@@ -206,50 +208,64 @@ def markdown(found: dict[str, list[str]]) -> str:
     return "\n".join(["| guard taken out | scenarios that fail |", "|---|---|", *rows]) + "\n"
 
 
-def run(words: Sequence[str], scenarios: Sequence[Path], folder: Path) -> dict[str, list[str]]:
+def run(wanted: Sequence[Mutation], folder: Path, full: bool) -> dict[str, list[str]]:
     """Guard to failing scenarios. Raises BadInput, PreflightFailed."""
-    wanted = [m for m in load_mutations() if not words or any(word in m.guard for word in words)]
-    if not wanted:
-        raise BadInput(f"--guard {' '.join(words)}: no guard's name holds that")
     missing = check_places(wanted)
     if missing:
         raise BadInput("; ".join(missing))
     workshop = Workshop(folder)
-    broken = workshop.failing(None, scenarios)
+    every = [file.stem for file in shipped()]
+    broken = workshop.failing(None, find(every if full else _named(wanted)))
     if broken:
         raise PreflightFailed(f"with all guards in place these fail already: {', '.join(broken)}")
     found: dict[str, list[str]] = {}
     for number, mutation in enumerate(wanted, 1):
-        found[mutation.guard] = workshop.failing(mutation, scenarios)
-        print(f"{number}/{len(wanted)} {mutation.guard}: {', '.join(found[mutation.guard]) or 'NOTICED BY NONE'}")
-        sys.stdout.flush()
+        failing = workshop.failing(mutation, find(every if full else mutation.noticed_by))
+        found[mutation.guard] = failing
+        passed = [name for name in mutation.noticed_by if name not in failing]
+        print(f"{number}/{len(wanted)} {mutation.guard}: {', '.join(failing) or 'none'}", end="")
+        print(f"; NOT NOTICED BY {', '.join(passed)}" if passed else "", flush=True)
     return found
+
+
+def complaints(mutations: Sequence[Mutation], found: dict[str, list[str]]) -> list[str]:
+    """One line for each scenario that did not notice, or that no guard names."""
+    lines = [
+        f"{name} passes without the guard {mutation.guard!r}"
+        for mutation in mutations
+        for name in mutation.noticed_by
+        if name not in found.get(mutation.guard, [name])
+    ]
+    idle = [file.stem for file in shipped() if file.stem not in _named(mutations)]
+    return lines + [f"{name} is named for no guard" for name in idle]
+
+
+def _named(mutations: Sequence[Mutation]) -> list[str]:
+    return sorted({name for mutation in mutations for name in mutation.noticed_by})
 
 
 def main(argv: list[str] | None = None) -> int:
     """Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenarios", nargs="*", help="names or files; all that ship when left out")
     parser.add_argument("--guard", action="append", default=[], help="only guards whose name holds this")
+    parser.add_argument("--full", action="store_true", help="every scenario, not only those that a guard names")
     parser.add_argument("--table", type=Path, help="write the table here, as Markdown")
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutants", help="where mutants are built")
     given = parser.parse_args(argv)
     try:
-        scenarios = find(given.scenarios or [str(FOLDER)])
-        found = run(given.guard, scenarios, given.folder.resolve())
+        mutations = load_mutations()
+        wanted = [m for m in mutations if not given.guard or any(word in m.guard for word in given.guard)]
+        if not wanted:
+            raise BadInput(f"--guard {' '.join(given.guard)}: no guard's name holds that")
+        found = run(wanted, given.folder.resolve(), given.full)
     except RoverError as error:
         print(error, file=sys.stderr)
         return error.exit_code
     if given.table is not None:
         given.table.write_text(markdown(found), encoding="utf-8")
-    noticing = {name for names in found.values() for name in names}
-    idle = [] if given.guard else [file.stem for file in scenarios if file.stem not in noticing]
-    unnoticed = [guard for guard, names in found.items() if not names]
-    for name in idle:
-        print(f"scenario {name} fails for no mutation", file=sys.stderr)
-    for guard in unnoticed:
-        print(f"guard {guard!r} can go without any scenario noticing", file=sys.stderr)
-    return 1 if idle or unnoticed else 0
+    lines = complaints(mutations, found)
+    print("\n".join(lines), file=sys.stderr)
+    return 1 if lines else 0
 
 
 if __name__ == "__main__":

@@ -12,10 +12,10 @@ from rover.link.port import DEFAULT_BAUD, SLCAN_BAUD, CanPort
 from rover.link.transport import LockstepTransport
 from rover_plant import Plant
 
+from rover_hil.scenario.board_faults import FAULTY_RIGS, FaultyRig
 from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
 from rover_hil.scenario.language import Scenario
 from rover_hil.scenario.probe import Probe
-from rover_hil.scenario.sitl_faults import FaultySitlRig
 from rover_hil.scenario.wire_faults import WireFaults
 
 RESOLUTION = 0.1
@@ -63,13 +63,13 @@ def baud_of(transport: str) -> int:
     return SLCAN_BAUD if transport == "can" else DEFAULT_BAUD
 
 
-def build_rig(scenario: Scenario, rig: str, plant: Plant) -> FaultySitlRig:
+def build_rig(scenario: Scenario, rig: str, plant: Plant) -> FaultyRig:
     """The firmware, on the rig of that name. Raises BadInput, PreflightFailed."""
     if rig not in scenario.rigs:
         raise BadInput(f"{scenario.path}: rigs does not hold {rig}")
-    if rig != "sitl":
-        raise BadInput(f"--rig {rig}: scenarios don't run there yet; there is sitl")
-    return FaultySitlRig(plant, {}, baud_of(scenario.transport), scenario.transport)
+    if rig not in FAULTY_RIGS:
+        raise BadInput(f"--rig {rig}: scenarios don't run there; there is {', '.join(FAULTY_RIGS)}")
+    return FAULTY_RIGS[rig](plant, {}, baud_of(scenario.transport), scenario.transport)
 
 
 def build_wire(

@@ -1,17 +1,15 @@
-"""The `sitl` rig with faults of the board: a loop that hangs, ticks that are missed, a supply that dips."""
+"""The lock-stepped rigs with faults of the board: a loop that hangs, ticks that are missed, a supply that dips."""
 
 from __future__ import annotations
 
-import contextlib
-import subprocess
 from dataclasses import dataclass
 from typing import Any
 
 from rover_plant import Plant
 
-from rover_hil.firmware_process import FirmwareProcess, find_binary
+from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.rig import Mark
-from rover_hil.sitl import SitlRig
+from rover_hil.sitl import EmulatorRig, SitlRig
 
 WATCHDOG_US = 102_000
 """Control loop dead to reset by the watchdog, as docs/firmware.md has measured it on the RP2040."""
@@ -29,8 +27,8 @@ class Outage:
     powered: bool
 
 
-class FaultySitlRig(SitlRig):
-    """A `sitl` rig whose firmware can be made to fail."""
+class FaultyRig(SitlRig):
+    """A rig whose board can be made to fail."""
 
     def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str) -> None:
         super().__init__(plant, camera, baud, wire)
@@ -75,14 +73,13 @@ class FaultySitlRig(SitlRig):
     def _restart(self, cause: str) -> None:
         self._plant.detach_sitl()
         self._process.close()
-        self._process = FirmwareProcess(find_binary(), self._baud, self._wire_kind)
+        self._process = FirmwareProcess(self.command(), self._baud, self._wire_kind)
         self._plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno(), self._from_host)
         self.resets += 1
 
 
-def knows_reset_cause() -> bool:
-    """Whether this build of rover-sitl can be told why it was reset."""
-    with contextlib.suppress(OSError, subprocess.TimeoutExpired):
-        said = subprocess.run([str(find_binary())], capture_output=True, text=True, timeout=5.0)
-        return "--reset-cause" in said.stderr
-    return False
+class FaultyEmulatorRig(FaultyRig, EmulatorRig):
+    """The same around the emulated board."""
+
+
+FAULTY_RIGS: dict[str, type[FaultyRig]] = {"sitl": FaultyRig, "emulator": FaultyEmulatorRig}

@@ -24,12 +24,10 @@ def bench(rover):
     return call
 
 
-@pytest.mark.parametrize(
-    ("transport", "wire"), [("serial", ("--bit-error-rate", 1e-4)), ("serial", BAD_BUS), ("can", BAD_BUS)]
-)
+@pytest.mark.parametrize(("transport", "wire"), [("serial", ("--bit-error-rate", 1e-4)), ("can", BAD_BUS)])
 def test_on_a_bad_wire_every_segment_is_executed_once(bench, transport, wire) -> None:
-    told = bench("--transport", transport, "--seconds", 14, *wire)
-    assert told["segments_sent"] > 500
+    told = bench("--transport", transport, "--seconds", 10, *wire)
+    assert told["segments_sent"] > 400
     assert told["segments_executed"] == told["segments_sent"]
     assert (told["segments_lost"], told["segments_repeated"]) == (0, 0)
     assert told["transmissions"] > told["segments_sent"], "the wire was bad indeed"
@@ -37,7 +35,7 @@ def test_on_a_bad_wire_every_segment_is_executed_once(bench, transport, wire) ->
 
 
 def test_on_a_good_wire_nothing_is_sent_twice_and_the_figures_are_the_codecs(bench) -> None:
-    told = bench("--seconds", 6, "--jitter-ms", 0)
+    told = bench("--seconds", 3, "--jitter-ms", 0)
     assert told["transmissions"] == told["segments_sent"]
     assert 28.0 < told["bytes_per_segment"] < 29.0, "15 and 13 bytes, and now and then a start"
     assert told["clock_error_us"]["p99"] < 10.0
@@ -46,7 +44,7 @@ def test_on_a_good_wire_nothing_is_sent_twice_and_the_figures_are_the_codecs(ben
 
 def test_the_same_seed_gives_the_same_figures(bench) -> None:
     def told(seed: int) -> dict:
-        return bench("--seconds", 2, "--drop", 0.1, "--seed", seed)
+        return bench("--seconds", 1, "--drop", 0.1, "--seed", seed)
 
     assert told(4) == told(4)
 

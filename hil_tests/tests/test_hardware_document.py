@@ -39,7 +39,7 @@ def documented() -> dict[int, str]:
 
 def test_the_wiring_table_is_pins_rs() -> None:
     pins = wired()
-    assert len(pins) == 21, "pins.rs is read as it is written"
+    assert len(pins) == 26, "pins.rs is read as it is written"
     assert documented() == pins
 
 
@@ -57,4 +57,4 @@ def test_masks_and_free_pins_fit_the_table() -> None:
     masks = dict(re.findall(r"(\w+)_MASK: u32 = 1 << (\d+);", source))
     assert pins[int(masks["STANDBY"])] == "motors.standby"
     assert pins[int(masks["EMERGENCY_STOP"])] == "emergency_stop"
-    assert not {10, 11, *range(16, 20)} & set(pins)
+    assert 11 not in pins

@@ -1,66 +1,71 @@
-//! Battery voltage from the analogue-digital converter.
+//! Battery voltage: the converter samples on its own, the control loop takes what is there.
 
-use core::sync::atomic::{AtomicU16, Ordering};
-
-use embassy_executor::task;
-use embassy_rp::adc::{Adc, Async, Channel, Config, InterruptHandler};
-use embassy_rp::bind_interrupts;
+use embassy_rp::adc::{Adc, Blocking, Channel, Config};
 use embassy_rp::gpio::Pull;
-use embassy_time::{Duration, Ticker};
+use embassy_rp::pac;
 
 use crate::life;
 use crate::pins::{BatteryPins, ADC_REFERENCE_MV, BATTERY_DIVIDER};
 
-bind_interrupts!(struct Irqs {
-    ADC_IRQ_FIFO => InterruptHandler;
-});
-
-const PERIOD: Duration = Duration::from_millis(10);
-/// Conversions per value, against the ripple of the motors; 12 bits each, so their sum fits 16 bits.
+/// Periods of its 48 MHz clock from one conversion to the next: 1 ms, one for each tick.
+const DIVIDER: u16 = 48_000 - 1;
+/// Conversions per value, against the ripple of the motors; 12 bits each.
 const SAMPLES: u32 = 8;
 const FULL_SCALE: u32 = 4_096 * SAMPLES;
 
-static MILLIVOLTS: AtomicU16 = AtomicU16::new(0);
-
-/// Latest voltage in mV.
-pub fn millivolts() -> u16 {
-    MILLIVOLTS.load(Ordering::Relaxed)
-}
-
 /// The converter with its pin.
 pub struct Battery {
-    adc: Adc<'static, Async>,
-    channel: Channel<'static>,
+    _adc: Adc<'static, Blocking>,
+    _channel: Channel<'static>,
+    sum: u32,
+    count: u32,
+    millivolts: u16,
 }
 
 impl Battery {
+    /// Measure once, as the core must not see an empty battery at its first tick, then go on in the background.
     pub fn new(pins: BatteryPins) -> Self {
+        let mut adc = Adc::new_blocking(pins.adc, Config::default());
+        let mut channel = Channel::new_pin(pins.voltage, Pull::None);
+        let mut sum = 0;
+        for _ in 0..SAMPLES {
+            sum += adc.blocking_read(&mut channel).map_or(0, u32::from);
+        }
+        pac::ADC.fcs().write(|w| {
+            w.set_en(true);
+            w.set_err(true);
+        });
+        pac::ADC.div().write(|w| w.set_int(DIVIDER));
+        pac::ADC.cs().modify(|w| w.set_start_many(true));
         Self {
-            adc: Adc::new(pins.adc, Irqs, Config::default()),
-            channel: Channel::new_pin(pins.voltage, Pull::None),
+            _adc: adc,
+            _channel: channel,
+            sum: 0,
+            count: 0,
+            millivolts: millivolts(sum),
         }
     }
 
-    /// Measure once and publish. A conversion that failed leaves the last value as it is.
-    pub async fn measure(&mut self) {
-        let mut sum = 0;
-        for _ in 0..SAMPLES {
-            match self.adc.read(&mut self.channel).await {
-                Ok(sample) => sum += u32::from(sample),
-                Err(_) => return,
+    /// Latest voltage in mV. A conversion that failed is left out.
+    pub fn measure(&mut self) -> u16 {
+        while !pac::ADC.fcs().read().empty() {
+            let sample = pac::ADC.fifo().read();
+            if sample.err() {
+                continue;
+            }
+            life::BATTERY.show();
+            self.sum += u32::from(sample.val());
+            self.count += 1;
+            if self.count == SAMPLES {
+                self.millivolts = millivolts(self.sum);
+                self.sum = 0;
+                self.count = 0;
             }
         }
-        let millivolts = sum * ADC_REFERENCE_MV * BATTERY_DIVIDER / FULL_SCALE;
-        MILLIVOLTS.store(millivolts as u16, Ordering::Relaxed);
+        self.millivolts
     }
 }
 
-#[task]
-pub async fn run(mut battery: Battery) {
-    let mut ticker = Ticker::every(PERIOD);
-    loop {
-        battery.measure().await;
-        life::BATTERY.show();
-        ticker.next().await;
-    }
+fn millivolts(sum: u32) -> u16 {
+    (sum * ADC_REFERENCE_MV * BATTERY_DIVIDER / FULL_SCALE) as u16
 }

@@ -1,19 +1,24 @@
 //! The control loop: 1 kHz, in an interrupt executor. Gathers the inputs, lets the core decide, sets the outputs.
 
 use embassy_executor::task;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::Duration;
 use rover_core::{Core, Inputs, Reboot};
 
+use crate::battery::Battery;
 use crate::encoders::Encoders;
+use crate::link::Link;
 use crate::motors::Motors;
 use crate::pins::PanelPins;
 use crate::storage::ParameterFlash;
-use crate::{battery, emergency, life, link, reset, sonar};
+use crate::tick::Ticker;
+use crate::{emergency, life, reset, sonar};
 
 const PERIOD: Duration = Duration::from_millis(1);
 
 /// What the loop owns.
 pub struct Hardware {
+    pub link: Link,
+    pub battery: Battery,
     pub encoders: Encoders,
     pub motors: Motors,
     pub panel: PanelPins,
@@ -22,28 +27,22 @@ pub struct Hardware {
 
 #[task]
 pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
-    let mut outgoing = [0; 64];
-    // Ticks have nominal times, so that jitter of the start does not reach the motion; a late one is made up for.
-    let mut now = Instant::now();
+    let mut ticker = Ticker::every(PERIOD);
+    let mut powered = false;
     loop {
-        now += PERIOD;
-        Timer::at(now).await;
-        if link::take_overrun() {
-            core.note_receive_overflow();
-        }
-        while let Ok(chunk) = link::RECEIVED.try_receive() {
-            core.receive(chunk.bytes(), chunk.time_us);
-        }
+        let now = ticker.next().await;
+        hardware.link.receive(core, powered);
         let (encoder_left, encoder_right) = hardware.encoders.read();
         let outputs = core.tick(&Inputs {
             now_us: now.as_micros(),
             encoder_left,
             encoder_right,
-            battery_mv: battery::millivolts(),
+            battery_mv: hardware.battery.measure(),
             emergency_stop: emergency::active(),
             sonar: sonar::ECHO.try_take(),
         });
-        if outputs.powered {
+        powered = outputs.powered;
+        if powered {
             hardware.motors.drive(outputs.duty_left, outputs.duty_right);
         } else {
             hardware.motors.coast();
@@ -58,10 +57,9 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
         hardware.panel.led.set_level(outputs.led.into());
         hardware.panel.buzzer.set_level(outputs.buzzer.into());
 
-        let room = link::OUTGOING.free_capacity().min(outgoing.len());
-        if let Some(free) = outgoing.get_mut(..room) {
-            let length = core.transmit(free);
-            link::queue(free.get(..length).unwrap_or_default());
+        hardware.link.transmit(core);
+        if hardware.link.is_alive() {
+            life::LINK.show();
         }
         match core.take_reboot() {
             Some(Reboot::Restart) => reset::restart(),

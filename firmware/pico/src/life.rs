@@ -27,26 +27,45 @@ pub fn allow_flash_write() {
 }
 
 /// What one task sets and the watchdog clears.
-pub struct Sign(AtomicBool);
+pub struct Sign {
+    shown: AtomicBool,
+    retired: AtomicBool,
+}
 
 impl Sign {
     const fn new() -> Self {
-        Self(AtomicBool::new(false))
+        Self {
+            shown: AtomicBool::new(false),
+            retired: AtomicBool::new(false),
+        }
     }
 
     /// Called by the task in each round.
     pub fn show(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.shown.store(true, Ordering::Relaxed);
+    }
+
+    /// The part is not fitted: nobody waits for its task any more.
+    pub fn retire(&self) {
+        self.retired.store(true, Ordering::Relaxed);
+    }
+
+    fn is_shown(&self) -> bool {
+        self.shown.load(Ordering::Relaxed) || self.retired.load(Ordering::Relaxed)
+    }
+
+    fn clear(&self) {
+        self.shown.store(false, Ordering::Relaxed);
     }
 }
 
 pub static CONTROL: Sign = Sign::new();
-pub static RECEIVE: Sign = Sign::new();
-pub static TRANSMIT: Sign = Sign::new();
+pub static LINK: Sign = Sign::new();
+pub static CAN: Sign = Sign::new();
 pub static SONAR: Sign = Sign::new();
 pub static BATTERY: Sign = Sign::new();
 
-const ALL: [&Sign; 5] = [&CONTROL, &RECEIVE, &TRANSMIT, &SONAR, &BATTERY];
+const ALL: [&Sign; 5] = [&CONTROL, &LINK, &CAN, &SONAR, &BATTERY];
 
 #[task]
 pub async fn run(mut watchdog: Watchdog) {
@@ -55,11 +74,10 @@ pub async fn run(mut watchdog: Watchdog) {
     let mut ticker = Ticker::every(CHECK);
     loop {
         ticker.next().await;
-        if ALL.iter().all(|sign| sign.0.load(Ordering::Relaxed)) {
+        if ALL.iter().all(|sign| sign.is_shown()) {
             watchdog.feed(TIMEOUT);
             // A sign shown between the check and here is lost, which costs one check and not the chip.
-            ALL.iter()
-                .for_each(|sign| sign.0.store(false, Ordering::Relaxed));
+            ALL.iter().for_each(|sign| sign.clear());
         }
     }
 }

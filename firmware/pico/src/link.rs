@@ -1,126 +1,168 @@
-//! The serial link: bytes from the UART to the control loop with their time, and back.
+//! Three wires and one core: what comes in on each, and which of them is spoken on.
+//!
+//! UART and USB carry the same bytes. Each hands over whole frames, so that bytes of two wires never mix in the core's
+//! decoder. The core itself keeps serial line and CAN bus apart; which of UART and USB is the serial line is decided
+//! here: the one on which the last Hello came that the core takes, and before any Hello the UART.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use rover_core::Core;
+use rover_protocol::framing::{Decoder, MAX_FRAME};
+use rover_protocol::messages::{Hello, SCHEMA_HASH};
+use rover_protocol::Message;
 
-use embassy_executor::task;
-use embassy_rp::bind_interrupts;
-use embassy_rp::pac;
-use embassy_rp::peripherals::UART0;
-use embassy_rp::uart::{
-    BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx, Config, Error,
-};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
-use embassy_sync::pipe::Pipe;
-use embassy_time::{with_timeout, Instant};
-use embedded_io_async::{Read, Write};
-use static_cell::StaticCell;
+use crate::uart::{Uart, BYTE_US};
+use crate::{can, uart, usb};
 
-use crate::life;
-use crate::pins::{LinkPins, BAUD};
-
-bind_interrupts!(struct Irqs {
-    UART0_IRQ => BufferedInterruptHandler<UART0>;
-});
-
-/// Bytes that came in together, and when.
+/// Bytes that came in together, and when the last of them did.
 pub struct Chunk {
     pub time_us: u64,
-    pub bytes: [u8; Self::SIZE],
-    pub length: usize,
+    bytes: [u8; Self::SIZE],
+    length: usize,
 }
 
 impl Chunk {
     /// As many as arrive in one tick of the control loop.
     const SIZE: usize = 24;
 
+    pub fn new(time_us: u64) -> Self {
+        Self {
+            time_us,
+            bytes: [0; Self::SIZE],
+            length: 0,
+        }
+    }
+
+    pub fn has_room(&self) -> bool {
+        self.length < Self::SIZE
+    }
+
+    /// Beyond [`Chunk::has_room`] nothing happens.
+    pub fn push(&mut self, byte: u8) {
+        if let Some(slot) = self.bytes.get_mut(self.length) {
+            *slot = byte;
+            self.length += 1;
+        }
+    }
+
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or(&self.bytes)
     }
 }
 
-/// To the control loop, which empties it in each tick.
-pub static RECEIVED: Channel<CriticalSectionRawMutex, Chunk, 8> = Channel::new();
-/// From the control loop. Short, so that what is queued is decided in the core and not hidden here: 5.6 ms at most.
-pub static OUTGOING: Pipe<CriticalSectionRawMutex, 128> = Pipe::new();
-
-/// Bytes were lost because nobody took them in time.
-static OVERRUN: AtomicBool = AtomicBool::new(false);
-
-/// Whether that has happened since the last call.
-pub fn take_overrun() -> bool {
-    let overrun = OVERRUN.load(Ordering::Relaxed);
-    if overrun {
-        OVERRUN.store(false, Ordering::Relaxed);
-    }
-    overrun
+/// Bytes of one wire up to the zero that ends a frame.
+#[derive(Default)]
+struct Collector {
+    bytes: [u8; MAX_FRAME],
+    length: usize,
 }
 
-/// Queue bytes, at most [`Pipe::free_capacity`] of [`OUTGOING`].
-pub fn queue(mut bytes: &[u8]) {
-    // The pipe takes only what fits in front of its wrap, so it may need two writes.
-    while let Ok(taken) = OUTGOING.try_write(bytes) {
-        match bytes.get(taken..) {
-            Some(rest) if taken > 0 => bytes = rest,
-            _ => return,
+impl Collector {
+    /// The bytes of a frame when `byte` ends it, and of what is longer than any frame.
+    fn push(&mut self, byte: u8) -> Option<&[u8]> {
+        if let Some(slot) = self.bytes.get_mut(self.length) {
+            *slot = byte;
+            self.length += 1;
+        }
+        if byte != 0 && self.length < MAX_FRAME {
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        self.bytes.get(..length)
+    }
+}
+
+/// A Hello, if these bytes are one. All others are told from it by three bytes: its identifier is 0x0100.
+fn hello(frame: &[u8]) -> Option<Hello> {
+    let [1, _, 1, ..] = frame else { return None };
+    let mut decoder = Decoder::new();
+    let frame = frame.iter().find_map(|byte| decoder.push(*byte))?;
+    if frame.identifier == Hello::ID {
+        Hello::read(frame.payload())
+    } else {
+        None
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Serial {
+    Uart,
+    Usb,
+}
+
+/// All of them.
+pub struct Link {
+    uart: Uart,
+    from_uart: Collector,
+    from_usb: Collector,
+    serial: Serial,
+}
+
+impl Link {
+    pub fn new(uart: Uart) -> Self {
+        Self {
+            uart,
+            from_uart: Collector::default(),
+            from_usb: Collector::default(),
+            serial: Serial::Uart,
         }
     }
-}
 
-/// Open the port.
-pub fn open(pins: LinkPins) -> (BufferedUartTx, BufferedUartRx) {
-    static TX: StaticCell<[u8; 32]> = StaticCell::new();
-    static RX: StaticCell<[u8; 256]> = StaticCell::new();
-    let mut config = Config::default();
-    config.baudrate = BAUD;
-    let uart = BufferedUart::new(
-        pins.uart,
-        pins.tx,
-        pins.rx,
-        Irqs,
-        TX.init([0; 32]),
-        RX.init([0; 256]),
-        config,
-    );
-    // Interrupt at 4 bytes instead of 28: what is fewer waits 32 bit times (139 us) for its time stamp.
-    pac::UART0.uartifls().modify(|w| w.set_rxiflsel(0));
-    uart.split()
-}
-
-#[task]
-pub async fn receive(mut uart: BufferedUartRx) {
-    loop {
-        life::RECEIVE.show();
-        let mut bytes = [0; Chunk::SIZE];
-        match with_timeout(life::IDLE, uart.read(&mut bytes)).await {
-            Ok(Ok(length)) => {
-                let time_us = Instant::now().as_micros();
-                RECEIVED
-                    .send(Chunk {
-                        time_us,
-                        bytes,
-                        length,
-                    })
-                    .await;
-            }
-            Ok(Err(Error::Overrun)) => OVERRUN.store(true, Ordering::Relaxed),
-            // Another line error costs the bytes that it hit; their frame fails its checksum and is counted there.
-            Ok(Err(_)) | Err(_) => {}
+    /// Everything that has come in. `powered`: the motors are on, so that a companion of another version is not
+    /// answered on a wire of its own.
+    pub fn receive(&mut self, core: &mut Core, powered: bool) {
+        if uart::LOST.take() | can::LOST.take() {
+            core.note_receive_overflow();
         }
-    }
-}
-
-#[task]
-pub async fn transmit(mut uart: BufferedUartTx) {
-    let mut bytes = [0; 32];
-    loop {
-        life::TRANSMIT.show();
-        if let Ok(length) = with_timeout(life::IDLE, OUTGOING.read(&mut bytes)).await {
-            if let Some(sent) = bytes.get(..length) {
-                let Ok(()) = uart.write_all(sent).await else {
-                    continue;
-                };
+        while let Ok(chunk) = uart::RECEIVED.try_receive() {
+            let collector = &mut self.from_uart;
+            // The last byte came at the chunk's time, the others before it, one after the other.
+            if feed(core, collector, &chunk, BYTE_US, powered) {
+                self.serial = Serial::Uart;
             }
         }
+        while let Ok(chunk) = usb::RECEIVED.try_receive() {
+            if feed(core, &mut self.from_usb, &chunk, 0, powered) {
+                self.serial = Serial::Usb;
+            }
+        }
+        while let Ok(received) = can::RECEIVED.try_receive() {
+            let frame = &received.frame;
+            core.receive_frame(frame.identifier(), frame.payload(), received.time_us);
+        }
     }
+
+    /// What the core has to say, as much as each wire takes now: what waits there can still be overtaken.
+    pub fn transmit(&mut self, core: &mut Core) {
+        match self.serial {
+            Serial::Uart => self.uart.send(core),
+            Serial::Usb => usb::send(core),
+        }
+        can::send(core);
+    }
+
+    /// Both directions of the line that is always there can be served.
+    pub fn is_alive(&self) -> bool {
+        self.uart.is_listening()
+    }
+}
+
+/// Give the frames in a chunk to the core; true when one was a Hello that makes this wire the serial line.
+fn feed(
+    core: &mut Core,
+    collector: &mut Collector,
+    chunk: &Chunk,
+    byte_us: u64,
+    powered: bool,
+) -> bool {
+    let mut chosen = false;
+    let mut behind_us = byte_us * chunk.bytes().len() as u64;
+    for byte in chunk.bytes() {
+        behind_us = behind_us.saturating_sub(byte_us);
+        if let Some(frame) = collector.push(*byte) {
+            if let Some(hello) = hello(frame) {
+                chosen |= !powered || hello.schema_hash == SCHEMA_HASH;
+            }
+            core.receive(frame, chunk.time_us.saturating_sub(behind_us));
+        }
+    }
+    chosen
 }

@@ -1,7 +1,7 @@
 //! The rover's microcontroller, an RP2040: pins and peripherals around `rover_core`, and nothing else.
 //!
 //! Three levels, each preempting the next: interrupts with the edges of sonars and emergency stop, the control loop at 1 kHz
-//! (`control`), and the thread executor with the link and the battery. The core belongs to the control loop alone;
+//! (`control`), and the thread executor with CAN, USB and the watchdog. The core belongs to the control loop alone;
 //! everything else reaches it through queues, so there are no locks.
 
 #![no_std]
@@ -9,16 +9,21 @@
 
 mod arithmetic;
 mod battery;
+mod can;
 mod control;
 mod emergency;
 mod encoders;
 mod life;
 mod link;
 mod motors;
+mod overrun;
 mod pins;
 mod reset;
 mod sonar;
 mod storage;
+mod tick;
+mod uart;
+mod usb;
 
 use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
 use embassy_rp::interrupt;
@@ -40,6 +45,11 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 #[interrupt]
 unsafe fn SWI_IRQ_0() {
     EDGES.on_interrupt()
+}
+
+#[interrupt]
+unsafe fn TIMER_IRQ_1() {
+    tick::on_interrupt()
 }
 
 #[interrupt]
@@ -65,16 +75,10 @@ async fn main(spawner: Spawner) {
         reset_cause: reset::cause(&watchdog),
     };
 
-    // The core must not see an empty battery at its first tick.
-    let mut battery = battery::Battery::new(board.battery);
-    battery.measure().await;
-    spawner.spawn(once(battery::run(battery)));
+    usb::start(board.usb, spawner);
+    spawner.spawn(once(can::run(board.can)));
 
-    let (tx, rx) = link::open(board.link);
-    spawner.spawn(once(link::receive(rx)));
-    spawner.spawn(once(link::transmit(tx)));
-
-    // The timer and the UART stay at P0.
+    // The timer's first alarm and the UART stay at P0.
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_0.set_priority(Priority::P1);
     let edges = EDGES.start(interrupt::SWI_IRQ_0);
@@ -86,12 +90,17 @@ async fn main(spawner: Spawner) {
     let mut flash = storage::ParameterFlash::new(board.flash);
     core.attach_storage(&mut flash);
     let hardware = control::Hardware {
+        link: link::Link::new(uart::Uart::new(board.link)),
+        battery: battery::Battery::new(board.battery),
         encoders: encoders::Encoders::new(board.encoders),
         motors: motors::Motors::new(board.motors),
         panel: board.panel,
         flash,
     };
     interrupt::SWI_IRQ_1.set_priority(Priority::P2);
+    interrupt::TIMER_IRQ_1.set_priority(Priority::P2);
+    // SAFETY: its handler needs nothing that is not there yet.
+    unsafe { interrupt::TIMER_IRQ_1.enable() };
     CONTROL
         .start(interrupt::SWI_IRQ_1)
         .spawn(once(control::run(core, hardware)));

@@ -1,16 +1,22 @@
 //! What is wired to which pin of a Raspberry Pi Pico. docs/hardware.md mirrors this file.
 //!
-//! GP10 and GP16 to GP19 are kept for a CAN controller on SPI; GP11 is free.
+//! GP11 is free.
 
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
-    ADC, FLASH, PIN_0, PIN_1, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6, PIN_7, PIN_8, PIN_9, PIO0,
-    PWM_SLICE3, PWM_SLICE4, UART0, WATCHDOG,
+    ADC, FLASH, PIN_0, PIN_1, PIN_16, PIN_18, PIN_19, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6,
+    PIN_7, PIN_8, PIN_9, PIO0, PWM_SLICE3, PWM_SLICE4, SPI0, UART0, USB, WATCHDOG,
 };
 use embassy_rp::{Peri, Peripherals};
+use rover_mcp2515::{Bitrate, Crystal};
 
 /// Baud rate of the serial link.
 pub const BAUD: u32 = 230_400;
+
+/// Crystal on the board of the MCP2515.
+pub const CAN_CRYSTAL: Crystal = Crystal::Mhz8;
+/// Bit rate of the CAN bus.
+pub const CAN_BITRATE: Bitrate = Bitrate::Kbit500;
 
 /// STBY of the TB6612 (nSLEEP of the DRV8833), as a bit of the GPIO registers, for what must work without owning the pin.
 pub const STANDBY_MASK: u32 = 1 << 12;
@@ -34,6 +40,18 @@ pub struct LinkPins {
     pub tx: Peri<'static, PIN_0>,
     /// From the companion's TX.
     pub rx: Peri<'static, PIN_1>,
+}
+
+/// MCP2515 on SPI.
+pub struct CanPins {
+    pub spi: Peri<'static, SPI0>,
+    pub miso: Peri<'static, PIN_16>,
+    pub clock: Peri<'static, PIN_18>,
+    pub mosi: Peri<'static, PIN_19>,
+    /// CS, GP17.
+    pub select: Output<'static>,
+    /// INT, GP10: low while something is to be done. Pulled up, so that it rests when no chip is there.
+    pub interrupt: Input<'static>,
 }
 
 /// Quadrature encoders, pulled up. A and B of each are neighbours, as the PIO reads both at once.
@@ -81,6 +99,9 @@ pub struct PanelPins {
 /// Everything that is wired.
 pub struct Board {
     pub link: LinkPins,
+    pub can: CanPins,
+    /// The socket of the board.
+    pub usb: Peri<'static, USB>,
     pub encoders: EncoderPins,
     pub motors: MotorPins,
     /// Left, centre, right: GP13 and GP20, GP14 and GP21, GP15 and GP27.
@@ -95,7 +116,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Hand out the peripherals; outputs start low, so that motors and buzzer are off.
+    /// Hand out the peripherals; outputs start so that motors, buzzer and CAN controller rest.
     pub fn new(p: Peripherals) -> Self {
         Self {
             link: LinkPins {
@@ -103,6 +124,15 @@ impl Board {
                 tx: p.PIN_0,
                 rx: p.PIN_1,
             },
+            can: CanPins {
+                spi: p.SPI0,
+                miso: p.PIN_16,
+                clock: p.PIN_18,
+                mosi: p.PIN_19,
+                select: Output::new(p.PIN_17, Level::High),
+                interrupt: Input::new(p.PIN_10, Pull::Up),
+            },
+            usb: p.USB,
             encoders: EncoderPins {
                 pio: p.PIO0,
                 left_a: p.PIN_2,

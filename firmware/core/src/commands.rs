@@ -198,7 +198,11 @@ impl Core {
                     self.status_due = true;
                 }
                 Err(Refusal::QueueFull) => {
-                    // It stays; the tick tries again when a slot is free.
+                    // It stays; the tick tries again when a slot is free. Told once: the window was not kept to.
+                    if self.waiting.replace(segment.index) != Some(segment.index) {
+                        let index = u32::from(segment.index);
+                        self.faults.count(fault_code::QUEUE_FULL, index);
+                    }
                     return;
                 }
                 Err(refusal) => {

@@ -62,6 +62,8 @@ pub struct Core {
     /// When the dead-man was last fed.
     pub(crate) fed_us: u64,
     pub(crate) rejected: u16,
+    /// The last segment that was complete and found no room.
+    pub(crate) waiting: Option<u16>,
     pub(crate) emergency_input: bool,
     /// An acknowledgement is owed to the companion.
     pub(crate) status_due: bool,
@@ -110,6 +112,7 @@ impl Core {
             keep_alive: None,
             fed_us: 0,
             rejected: 0,
+            waiting: None,
             emergency_input: false,
             status_due: false,
             reboot: None,

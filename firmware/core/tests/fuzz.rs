@@ -138,6 +138,10 @@ fn a_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the_m
     let summary = fuzz_stream::run(1_000_000, 1);
     assert_eq!(summary.bytes, 1_000_000);
     assert!(summary.powered > 5_000, "{summary:?}");
+    assert!(
+        summary.bus_received > 1_000 && summary.bus_sent > 1_000,
+        "{summary:?}"
+    );
     assert!(summary.injected > 1_000, "{summary:?}");
     assert!(summary.segments > 100, "{summary:?}");
     assert_eq!(fuzz_stream::run(100_000, 2), fuzz_stream::run(100_000, 2));

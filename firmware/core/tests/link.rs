@@ -293,3 +293,28 @@ fn the_greeting_line_of_the_log_can_be_put_together() {
         .collect();
     assert!(text.starts_with(b"rover firmware ready\0"));
 }
+
+#[test]
+fn a_segment_without_room_waits_for_a_slot_and_is_counted_once() {
+    let mut rig = Rig::armed();
+    // Three seconds at rest, then 69 pieces without jerk: 64 behind the running one, five too many.
+    let pieces: Vec<Piece> = (0..70).map(|_| (100_000, 0, 0)).collect();
+    for part in pieces.chunks(20) {
+        let first = rig.next_index;
+        if first == 0 {
+            rig.send_start(0, rig.now_us + 3_000_000);
+        }
+        for (i, piece) in (first..).zip(part) {
+            rig.send_halves(i, *piece, u8::from(i == 0) | u8::from(i == 69) << 1);
+        }
+        rig.next_index = first + part.len() as u16;
+        rig.run_ms(200);
+    }
+    assert_eq!((rig.status().next_index, rig.status().free_slots), (64, 0));
+    let fault: m::Fault = rig.last().unwrap();
+    assert_eq!((fault.code, fault.count), (fault_code::QUEUE_FULL, 1));
+    assert_eq!((fault.active, fault.detail), (0, 64));
+    rig.run_ms(10_000);
+    assert_eq!((rig.status().next_index, rig.status().rejected), (70, 0));
+    assert_eq!(rig.status().executing, 69);
+}

@@ -16,6 +16,8 @@ from rover_protocol import framing, messages
 BINARY = Path(os.environ.get("ROVER_SITL", golden.PROTOCOL.parent / "target" / "release" / "rover-sitl"))
 REQUEST, REPLY = struct.Struct("<QiiIHBBQ8x"), struct.Struct("<hhBB2xQ")
 NO_SENSOR = 255
+TIMEOUT_US = 25_000
+"""Until the driver of a sonar that hears nothing says so."""
 COUNTS_PER_MS = 3.4
 """Of a wheel at full duty."""
 
@@ -43,6 +45,7 @@ class Firmware:
         self._wheels = [0.0, 0.0]
         self._given = 0
         self._taken = 0
+        self._ping: tuple[int, int] | None = None
 
     def send(self, data: bytes) -> None:
         """Bytes that the firmware's end has received by the next tick."""
@@ -56,10 +59,15 @@ class Firmware:
             self._wheels[side] += duty / 32768 * COUNTS_PER_MS
         left, right = (int(way) for way in self._wheels)
         due = self._given if self.line else 2**64 - 1
-        self._process.stdin.write(REQUEST.pack(self.now_us, left, right, 0, 7400, NO_SENSOR, 0, due))
+        sensor = NO_SENSOR
+        if self._ping and self._ping[1] <= self.now_us:
+            (sensor, _), self._ping = self._ping, None
+        self._process.stdin.write(REQUEST.pack(self.now_us, left, right, 0, 7400, sensor, 0, due))
         self._process.stdin.flush()
-        left, right, flags, _, sent = REPLY.unpack(self._process.stdout.read(REPLY.size))
+        left, right, flags, pinged, sent = REPLY.unpack(self._process.stdout.read(REPLY.size))
         self.duties, self.powered = (left, right), bool(flags & 1)
+        if pinged != NO_SENSOR:
+            self._ping = (pinged, self.now_us + TIMEOUT_US)
         fresh, self._taken = sent - self._taken, sent
         return self._read(fresh) if self.line else b""
 
@@ -122,7 +130,7 @@ class Conversation:
         self.heard: list[tuple[str, dict[str, int]]] = []
         self.last: dict[str, dict[str, int]] = {}
 
-    def send(self, message: object, **fields: int) -> None:
+    def send(self, message: object, /, **fields: int) -> None:
         self.firmware.send(self.text.encode(message.ID, message.pack(**fields)))
 
     def run(self, milliseconds: int) -> None:

@@ -3,7 +3,7 @@
 
 use rover_core::storage::{Flash, FlashError, BLOCK};
 use rover_core::{Core, Identity, Inputs, Outputs, SonarEcho};
-use rover_protocol::framing::{encode, encode_message, Decoder, Frame, MAX_FRAME};
+use rover_protocol::framing::{encode, Decoder, MAX_FRAME};
 use rover_protocol::messages as m;
 use rover_protocol::Message;
 
@@ -50,6 +50,9 @@ pub struct Summary {
     pub segments: u64,
     pub bytes_sent: u64,
     pub frames_sent: u64,
+    /// Frames that came by the bus, and that were sent there.
+    pub bus_received: u64,
+    pub bus_sent: u64,
 }
 
 /// Push `bytes` bytes through the core. Panics when the core does, or breaks an invariant.
@@ -108,6 +111,10 @@ struct Episode {
     injected: bool,
     /// Wild encoders, batteries and gaps in time; otherwise wheels that do as they are told.
     wild: bool,
+    /// One frame in this many comes by the bus instead; 0 is none.
+    bus_share: u64,
+    bus_received: u64,
+    bus_sent: u64,
     encoders: [i32; 2],
     wire: Vec<u8>,
 }
@@ -132,6 +139,9 @@ impl Episode {
             greeted: false,
             injected: false,
             wild: episode % 4 == 3,
+            bus_share: [0, 1, 3][(episode % 3) as usize],
+            bus_received: 0,
+            bus_sent: 0,
             encoders: [0; 2],
             wire: vec![],
             random,
@@ -165,6 +175,8 @@ impl Episode {
             summary.frames_sent += u64::from(self.decoder.frames.wrapping_sub(frames));
         }
         summary.bytes += bytes;
+        summary.bus_received += self.bus_received;
+        summary.bus_sent += self.bus_sent;
     }
 
     /// What must hold in every tick.
@@ -185,7 +197,7 @@ impl Episode {
             let count = self.core.transmit(&mut out);
             for byte in &out[..count] {
                 if let Some(frame) = self.decoder.push(*byte) {
-                    self.heard(&frame);
+                    self.heard(frame.identifier, frame.payload());
                 }
             }
             total += count;
@@ -194,6 +206,14 @@ impl Episode {
                 break;
             }
         }
+        let mut by_bus = 0;
+        while let Some(frame) = self.core.transmit_frame() {
+            assert!(frame.identifier < 0x800 && frame.payload().len() <= 8);
+            self.heard(frame.identifier, frame.payload());
+            by_bus += 1;
+        }
+        assert!(by_bus <= 64 && (by_bus == 0 || total == 0), "one wire");
+        self.bus_sent += by_bus;
         let damage = (
             self.decoder.checksum_errors,
             self.decoder.malformed,
@@ -203,16 +223,13 @@ impl Episode {
         total
     }
 
-    fn heard(&mut self, frame: &Frame) {
-        assert!(
-            frame.identifier > 32,
-            "the firmware sends no command: {frame:?}"
-        );
-        if let Some(state) = m::State::read(frame.payload()).filter(|_| frame.identifier == 96) {
+    fn heard(&mut self, identifier: u16, payload: &[u8]) {
+        assert!(identifier > 32, "the firmware sends no command");
+        if let Some(state) = m::State::read(payload).filter(|_| identifier == 96) {
             self.injected = state.flags & 1 << 4 != 0;
         }
-        if frame.identifier == m::MotionStatus::ID {
-            let status = m::MotionStatus::read(frame.payload()).expect("has its length");
+        if identifier == m::MotionStatus::ID {
+            let status = m::MotionStatus::read(payload).expect("has its length");
             assert!(status.free_slots <= 64 && status.queued <= 65);
             self.next_index = status.next_index;
         }
@@ -291,15 +308,7 @@ impl Episode {
         }
         let payload = self.random.next().to_le_bytes();
         let length = length + usize::from(self.random.below(40) == 0);
-        let mut out = [0; MAX_FRAME];
-        let count = encode(
-            identifier,
-            self.sequence,
-            &payload[..length.min(8)],
-            &mut out,
-        );
-        self.sequence = self.sequence.wrapping_add(1);
-        self.wire.extend_from_slice(&out[..count]);
+        self.emit(identifier, &payload[..length.min(8)]);
     }
 
     fn greet(&mut self) {
@@ -365,8 +374,22 @@ impl Episode {
     }
 
     fn put<M: Message>(&mut self, message: &M) {
+        let mut payload = [0; 8];
+        message.write(&mut payload);
+        self.emit(M::ID, &payload[..M::LENGTH]);
+    }
+
+    /// A frame by either wire. Those of the bus come at once, those of the line wait for their turn.
+    fn emit(&mut self, identifier: u16, payload: &[u8]) {
+        if self.bus_share != 0 && self.random.below(self.bus_share) == 0 {
+            self.core.receive_frame(identifier, payload, self.now_us);
+            self.bus_received += 1;
+            // As many bytes as it would have been there, of which nothing comes.
+            self.wire.extend_from_slice(&[0; 8]);
+            return;
+        }
         let mut out = [0; MAX_FRAME];
-        let count = encode_message(message, self.sequence, &mut out);
+        let count = encode(identifier, self.sequence, payload, &mut out);
         self.sequence = self.sequence.wrapping_add(1);
         self.wire.extend_from_slice(&out[..count]);
     }

@@ -56,7 +56,9 @@ class Check:
 
 
 def command(
-    port: Annotated[str | None, typer.Option(metavar="P", help="Also ask the firmware on this port, see rover status.")] = None,
+    port: Annotated[
+        str | None, typer.Option(metavar="P", help="Also ask the firmware on this port, see rover status.")
+    ] = None,
     baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:

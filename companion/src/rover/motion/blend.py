@@ -32,6 +32,7 @@ SHRINK = (1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.29, 0.24, 0.2, 0.16, 0.13)
 class BlendSettings:
     """`most_cut`: metres between a corner and the curve that rounds it; `sharpest`: radians, beyond it a corner is
     turned on the spot; `shortest`: legs shorter than this are dropped, and so much of each leg stays straight.
+    `kink`: radians, a corner without room that turns by less is driven through as it is.
     `slack`: metres that the footprint is grown by where a curve is checked, for what following it may be off by.
     """
 
@@ -39,6 +40,7 @@ class BlendSettings:
     sharpest: float = math.radians(120.0)
     shortest: float = 0.004
     slack: float = 2e-4
+    kink: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,7 @@ def blend_path(
     line_speed = limits.travel.speed
     if ground is not None and limits.clearance_time > 0.0 and rounded.any():
         speed = np.minimum(speed, _clearance_at(points, legs, lengths, taken, limits, ground))
-    return _assemble(points, headings, lengths, angles, curve, taken, speed, line_speed, limits, ground)
+    return _assemble(points, headings, lengths, angles, curve, taken, speed, line_speed, settings.kink, limits, ground)
 
 
 def _distinct(path: ArrayLike, shortest: float) -> Array:
@@ -239,6 +241,7 @@ def _assemble(
     taken: Array,
     speed: Array,
     line_speed: float,
+    kink: float,
     limits: DrivingLimits,
     ground: Ground | None,
 ) -> list[Stretch]:
@@ -253,7 +256,7 @@ def _assemble(
     stretches: list[Stretch] = []
     pieces: list[Piece] = []
     columns = (begin_x, begin_y, headings, rest, end_x, end_y)
-    turns = (np.append(curve, 0.0), np.append(angles, 0.0), np.append(speed, 0.0))
+    turns = (np.append(curve, 0.0), np.append(angles, math.inf), np.append(speed, 0.0))
     for x, y, heading, length, x1, y1, bend, angle, v in zip(*(c.tolist() for c in (*columns, *turns)), strict=True):
         if length > 1e-9:
             if bounded:
@@ -264,7 +267,7 @@ def _assemble(
                 pieces.append(Piece(x, y, heading, length, 0.0, line_speed))
         if bend > 0.0:
             pieces.append(Piece(x1, y1, heading, bend, angle, v))
-        else:
+        elif abs(angle) > kink:
             stretches.append(Stretch(tuple(pieces)))
             pieces = []
     return stretches

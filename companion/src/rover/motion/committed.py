@@ -103,12 +103,20 @@ class CommittedMotion:
 
 
 def dead_reckon(
-    pose: Pose2, increments: Sequence[tuple[float, float]], *, scale: float = 1.0, drift: float = 0.0
+    pose: Pose2,
+    increments: Sequence[tuple[float, float]],
+    *,
+    scale: float = 1.0,
+    drift: float = 0.0,
+    turn_scale: float = 1.0,
 ) -> Pose2:
-    """`pose` moved by (travel, heading) increments; `scale` metres of ground per metre, `drift` radians per metre."""
+    """`pose` moved by (travel, heading) increments.
+
+    `scale`: metres of ground per metre; `turn_scale`: radians per radian; `drift`: radians per metre of travel.
+    """
     x, y, heading = pose.x, pose.y, pose.heading
     for travel, turn in increments:
-        turn += drift * travel
+        turn = turn_scale * turn + drift * travel
         middle = heading + 0.5 * turn
         x += scale * travel * math.cos(middle)
         y += scale * travel * math.sin(middle)

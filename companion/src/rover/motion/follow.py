@@ -1,4 +1,7 @@
-"""Follows a path in closed loop: turns on the spot, drives straight stretches, and steers back to the path.
+"""Follows a path in closed loop: turns on the spot, drives stretches of lines and curves, and steers back to the path.
+
+With a map the corners are rounded where it has room (blend.py): speed and turning along them are planned beforehand,
+and only the rest is steered.
 
 Only a few tenths of a second are committed ahead. Each new piece of motion starts from the state at the end of what is
 committed and from the pose that the rover will have there: the estimate, moved by the motion still to come.
@@ -9,43 +12,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
+from rover.motion.blend import BlendSettings, blend_path
+from rover.motion.clearance import Ground
 from rover.motion.committed import CommittedMotion, dead_reckon
+from rover.motion.curve import Curve, together
+from rover.motion.driving import DrivingLimits
+from rover.motion.follow_settings import FollowerSettings
 from rover.motion.merge import merge, run
 from rover.motion.polyline import Polyline, stretches
-from rover.motion.profile import Axis, MotionError, Profile, to_position
+from rover.motion.profile import Axis, MotionError, Profile, speed_after, to_position
 from rover.motion.segment import Segment, State, split
 from rover.motion.slip import SlipEstimate
-from rover.motion.stop import stop_profile, stop_segments
+from rover.motion.stop import stop_distance, stop_profile, stop_segments
 from rover.vehicle import Limits, Vehicle
 
 SpeedLimit = float | Callable[[float, float], float]
 
 
-STEERING = Limits(0.5, 2.0, 8.0)
+# Of the vehicle's limit of heading jerk, what steering may take while a curve takes the rest.
+STEERING_SHARE = 0.65
 # Radians: a larger error is no longer a matter of steering.
 MOST_STEERING = 0.6
-
-
-@dataclass(frozen=True)
-class FollowerSettings:
-    """Metres, seconds, radians."""
-
-    horizon: float = 0.5  # motion is added when less than this is committed
-    chunk: float = 0.2  # of driving, per call
-    lookahead: float = 0.30  # where on the path the rover aims
-    soft_corner: float = math.radians(8.0)  # driven through; sharper ones are turned on the spot
-    arrival: float = 0.015  # nearer than this to a corner or the end counts as there
-    heading_tolerance: float = math.radians(2.0)
-    settle: float = 0.25  # after coming to rest, until the estimate is trusted
-    turn_tries: int = 4
-    most_off_path: float = 0.08  # beyond this the rover stops: the ground there was not part of the plan
-    most_restarts: int = 5  # stops to aim anew on one stretch, before that too is given up
-    lowest_speed: float = 0.05
-    steering: Limits = STEERING  # of heading while driving
 
 
 class PathFollower:
@@ -81,6 +72,25 @@ class PathFollower:
         self._tries = 0
         self._stop_wanted = False
         self._turn: tuple[float, float] | None = None
+        self._along: tuple[float, float] | None = None  # commanded travel and where on the curve that was
+        bounds, steering = vehicle.heading, self.settings.steering
+        self._steering = replace(steering, jerk=min(steering.jerk, STEERING_SHARE * bounds.jerk))
+        self._curve_limits = replace(
+            DrivingLimits.of(vehicle, self.limits.speed, self.settings.lateral),
+            travel=self.limits,
+            give=self.settings.give,
+            lowest_speed=self.settings.lowest_curve_speed,
+            heading=Limits(
+                bounds.speed - self._steering.speed,
+                bounds.acceleration - self._steering.acceleration,
+                bounds.jerk - self._steering.jerk,
+            ),
+        )
+
+    @property
+    def path(self) -> list[tuple[float, float]]:
+        """The points of what is still to be driven, its corners round where they are driven round."""
+        return [point for stretch in self._stretches for point in stretch.points]
 
     @property
     def done(self) -> bool:
@@ -97,21 +107,39 @@ class PathFollower:
         """True when the rover came too far off the path and stopped: a new path is due."""
         return self._stage == "lost"
 
-    def follow(self, path: Sequence[Sequence[float]], final_heading: float | None = None) -> None:
+    def follow(
+        self, path: Sequence[Sequence[float]], final_heading: float | None = None, ground: Ground | None = None
+    ) -> None:
         """Takes a new path in the map, (N, 2), first point near the rover. Call it while at rest.
 
+        With `ground` corners are rounded where it has room; without, all but soft ones are turned on the spot.
         Raises BadInput when a coordinate is not finite.
         """
         points = [(float(x), float(y)) for x, y in path]
         if not all(math.isfinite(v) for point in points for v in point):
             raise BadInput("the path holds a coordinate that is not finite")
-        self._stretches = stretches(points, self.settings.soft_corner, self.settings.arrival) if points else []
+        self._stretches = self._cut(points, ground)
         self._final_heading = final_heading
         self._pending = []
         self._stop_wanted = False
         self._turn = None
         self._restarts_here = 0
         self._enter("aim" if self._stretches else "face")
+
+    def _cut(self, points: list[tuple[float, float]], ground: Ground | None) -> list[Polyline]:
+        settings = self.settings
+        if not points:
+            return []
+        if ground is None:
+            return stretches(points, settings.soft_corner, settings.arrival)
+        blend = BlendSettings(
+            most_cut=settings.most_cut,
+            shortest=settings.arrival,
+            slack=settings.tracking,
+            kink=settings.soft_corner,
+        )
+        found = blend_path(points, self._curve_limits, blend, ground)
+        return [Curve(stretch, self.limits) for stretch in found]
 
     def request_stop(self) -> None:
         """The next call returns a jerk-limited stop from the end of what is committed."""
@@ -170,6 +198,7 @@ class PathFollower:
         self._tries = 0
         self._target = None
         self._braking = False
+        self._along = None
         if stage == "aim":
             self._progress = 0.0
         self.slip.restart()
@@ -208,11 +237,21 @@ class PathFollower:
                 self._stretches.pop(0)
                 continue
             self._progress = s
-            x, y = path.at(min(s + self.settings.lookahead, path.length))
-            if not self._turn_towards(math.atan2(y - pose.y, x - pose.x), pose):
+            if not self._turn_towards(pose.heading + self._error(path, s, pose, past_end=False), pose):
                 self._enter_drive()
             return
         self._enter("face")
+
+    def _error(self, path: Polyline, s: float, pose: Pose2, past_end: bool = True) -> float:
+        """Radians from the heading to the point aimed at, less what curves on the way there turn anyway."""
+        reach = s + self.settings.lookahead
+        x, y = path.at(reach if past_end else min(reach, path.length))
+        error = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.heading)
+        if isinstance(path, Curve) and path.curved_within(s, reach):
+            count = 8
+            ways = [s + self.settings.lookahead * (number + 0.5) / count for number in range(count)]
+            error -= sum(path.turned(way) for way in ways) / count - path.turned(s)
+        return wrap_angle(error)
 
     def _enter_drive(self) -> None:
         progress = self._progress
@@ -240,24 +279,30 @@ class PathFollower:
         settings = self.settings
         path = self._stretches[0]
         end = committed.end_state
-        self.slip.driving(now, pose, committed)
+        turn_scale = self.slip.turn if isinstance(path, Curve) else 1.0
+        curved = isinstance(path, Curve) and path.curved_within(self._progress - 0.4, self._progress)
+        self.slip.driving(now, pose, committed, curved)
         ahead = dead_reckon(
             pose,
             committed.increments(now, committed.end_time),
             scale=self.slip.scale,
             drift=self.slip.drift,
+            turn_scale=turn_scale,
         )
-        s, self.cross_track = path.project(ahead.x, ahead.y, self._progress - 0.1, self._progress + 0.5)
+        s, self.cross_track = path.project(ahead.x, ahead.y, self._progress - 0.1, self._progress + 0.3)
+        s = self._filtered(path, s, end)
         self._progress = max(self._progress, min(s, path.length))
-        x, y = path.at(s + settings.lookahead)
-        error = wrap_angle(math.atan2(y - ahead.y, x - ahead.x) - ahead.heading)
+        error = self._error(path, s, ahead)
         if abs(self.cross_track) > settings.most_off_path or abs(error) > MOST_STEERING:
             self._give_up(committed)
             return
-        travel = self._travel(path, s, end)
-        turn = error - self.slip.drift * end.speed * settings.chunk
-        heading = to_position(Axis(0.0, end.turn_rate, end.turn_acceleration), turn, settings.steering)
-        if travel.duration > 1.75 * settings.chunk:
+        error -= self.slip.drift * end.speed * settings.chunk
+        if isinstance(path, Curve):
+            travel, last, heading = self._curve(path, s, end, error)
+        else:
+            travel, last = self._travel(path, s, end), True
+            heading = to_position(Axis(0.0, end.turn_rate, end.turn_acceleration), error, settings.steering)
+        if not last or travel.duration > 1.75 * settings.chunk:
             segments = merge(travel, heading, until=settings.chunk)
         else:
             segments = merge(travel, heading)
@@ -269,21 +314,56 @@ class PathFollower:
             segments = [replace(segments[0], begin=True), *segments[1:]]
         self._pending = segments
 
+    def _filtered(self, path: Polyline, s: float, end: State) -> float:
+        """Where on a curve the rover is: mostly what was driven since the last look, a third what is seen now."""
+        if not isinstance(path, Curve):
+            return s
+        if self._along is not None:
+            travel, before = self._along
+            driven = before + self.slip.scale * (end.travel - travel)
+            s = driven + 0.3 * (s - driven)
+        self._along = (end.travel, s)
+        return s
+
+    def _curve(self, path: Curve, s: float, end: State, error: float) -> tuple[Profile, bool, Profile]:
+        """Travel, whether it ends at rest, and heading: the curve's own turning and the steering on top of it."""
+        chunk = self.settings.chunk
+        braking = stop_distance(end.speed, end.acceleration, self.limits)
+        rest = max(self._rest_target(path, s, end, braking) - end.travel, 0.0)
+        axis = Axis(0.0, end.speed, end.acceleration)
+        limits = replace(self.limits, speed=self._speed(path, s, braking))
+        travel, last = path.travel_profile(s, axis, rest, limits, self.slip.scale, 2.0 * chunk)
+        ground = 0.5 * self.slip.scale * (end.speed + speed_after(travel, axis, chunk))
+        curvature, slope = path.turning(s)
+        turn_scale = self.slip.turn
+        rate = end.turn_rate - curvature * ground / turn_scale
+        acceleration = end.turn_acceleration - slope * ground**2 / turn_scale
+        nominal = [
+            (time, jerk / turn_scale)
+            for time, jerk in path.heading_profile(s, ground, min(travel.duration, 2.0 * chunk))
+        ]
+        steered = to_position(Axis(0.0, rate, acceleration), error, self._steering)
+        return travel, last, Profile(together(nominal, steered.pieces), 0.0, 0.0)
+
     def _travel(self, path: Polyline, s: float, end: State) -> Profile:
         """To the end of the stretch; once braking is near, to the same place every time."""
-        braking = _stop_distance(end.speed, end.acceleration, self.limits)
+        braking = stop_distance(end.speed, end.acceleration, self.limits)
+        distance = self._rest_target(path, s, end, braking) - end.travel
+        limits = replace(self.limits, speed=self._speed(path, s, braking))
+        profile = to_position(Axis(0.0, end.speed, end.acceleration), distance, limits)
+        if profile.highest > distance + 0.002:  # it would overshoot and come back
+            return stop_profile(end.speed, end.acceleration, self.limits)
+        return profile
+
+    def _rest_target(self, path: Polyline, s: float, end: State, braking: float) -> float:
+        """The commanded travel at which the stretch ends."""
         seen = end.travel + (path.length - s) / self.slip.scale
         if not self._braking:
             # Every look is a fresh measurement of the same place: the mean is better than the last.
             before = seen if self._target is None else self._target
             self._target = max(before + 0.3 * (seen - before), end.travel + braking)
             self._braking = self._target - end.travel < braking + 1.5 * self.settings.chunk * end.speed + 0.01
-        distance = (seen if self._target is None else self._target) - end.travel
-        limits = replace(self.limits, speed=self._speed(path, s, braking))
-        profile = to_position(Axis(0.0, end.speed, end.acceleration), distance, limits)
-        if profile.highest > distance + 0.002:  # it would overshoot and come back
-            return stop_profile(end.speed, end.acceleration, self.limits)
-        return profile
+        return seen if self._target is None else self._target
 
     def _speed(self, path: Polyline, s: float, braking: float) -> float:
         limit = self.speed_limit
@@ -302,13 +382,3 @@ class PathFollower:
     def committed_at_most(self) -> float:
         """Seconds that can be committed ahead at any time."""
         return self.settings.horizon + 2.0 * self.settings.chunk
-
-
-def _stop_distance(speed: float, acceleration: float, limits: Limits) -> float:
-    """Metres that the fastest stop takes."""
-    position, v, a = 0.0, speed, acceleration
-    for t, jerk in stop_profile(speed, acceleration, limits).pieces:
-        position += t * (v + t * (a / 2.0 + t * jerk / 6.0))
-        v += t * (a + t * jerk / 2.0)
-        a += t * jerk
-    return position

@@ -41,6 +41,10 @@ class Polyline:
         (ax, ay), (bx, by) = self.points[edge], self.points[edge + 1]
         return math.atan2(by - ay, bx - ax)
 
+    def turned(self, s: float) -> float:
+        """Radians that curves before `s` have turned by: a polyline has none."""
+        return 0.0
+
     def project(self, x: float, y: float, begin: float, end: float) -> tuple[float, float]:
         """(arc length, offset to the left) of the nearest point of the path between two arc lengths.
 

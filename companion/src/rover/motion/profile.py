@@ -59,6 +59,19 @@ def to_speed(start: Axis, speed: float, limits: Limits) -> Profile:
     return _solve(request)
 
 
+def speed_after(profile: Profile, start: Axis, time: float) -> float:
+    """Speed `time` seconds into a profile that begins at `start`."""
+    v, a = start.speed, start.acceleration
+    for duration, jerk in profile.pieces:
+        t = min(duration, time)
+        v += t * (a + t * jerk / 2.0)
+        a += t * jerk
+        time -= t
+        if time <= 0.0:
+            break
+    return v
+
+
 def _request(start: Axis, limits: Limits) -> ruckig.InputParameter:
     request = ruckig.InputParameter(1)
     request.current_position = [start.position]

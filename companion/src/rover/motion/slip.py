@@ -24,6 +24,7 @@ class SlipEstimate:
     window_m = 0.25
     gain_scale = 0.2
     gain_drift = 0.5
+    gain_turn = 0.3
 
     _since: tuple[float, Pose2] | None = None
 
@@ -31,8 +32,11 @@ class SlipEstimate:
         """Forgets the running window; what was learned stays."""
         self._since = None
 
-    def driving(self, now: float, pose: Pose2, committed: CommittedMotion) -> None:
-        """Called with each estimate while driving; learns once per window."""
+    def driving(self, now: float, pose: Pose2, committed: CommittedMotion, curved: bool = False) -> None:
+        """Called with each estimate while driving; learns once per window.
+
+        `curved`: the path turns here, and what is turned tells nothing of the drift.
+        """
         if self._since is None:
             self._since = (now, pose)
             return
@@ -44,9 +48,14 @@ class SlipEstimate:
         turned = wrap_angle(pose.heading - before.heading)
         middle = before.heading + 0.5 * turned
         ground = (pose.x - before.x) * math.cos(middle) + (pose.y - before.y) * math.sin(middle)
-        drift = (turned - (b.heading - a.heading)) / travel
+        commanded = b.heading - a.heading
+        drift = (turned - commanded) / travel
         self.scale += self.gain_scale * (min(max(ground / travel, 0.8), 1.1) - self.scale)
-        self.drift += self.gain_drift * (min(max(drift, -0.6), 0.6) - self.drift)
+        if not curved:
+            self.drift += self.gain_drift * (min(max(drift, -0.6), 0.6) - self.drift)
+        elif abs(commanded) > 0.3:
+            turn = (turned - self.drift * travel) / commanded
+            self.turn += self.gain_turn * (min(max(turn, 0.7), 1.15) - self.turn)
         self._since = (now, pose)
 
     def turned(self, commanded: float, observed: float) -> None:

@@ -44,6 +44,16 @@ def stop_profile(speed: float, acceleration: float, limits: Limits) -> Profile:
     return Profile(tuple((t, j) for t, j in pieces if t > 0.0), 0.0, 0.0)
 
 
+def stop_distance(speed: float, acceleration: float, limits: Limits) -> float:
+    """Metres that the fastest stop takes."""
+    position, v, a = 0.0, speed, acceleration
+    for t, jerk in stop_profile(speed, acceleration, limits).pieces:
+        position += t * (v + t * (a / 2.0 + t * jerk / 6.0))
+        v += t * (a + t * jerk / 2.0)
+        a += t * jerk
+    return position
+
+
 def stop_segments(state: State, travel: Limits, heading: Limits) -> list[Segment]:
     """Segments from `state` to rest; a single idle one when it is at rest already but for quantisation."""
     segments = merge(

@@ -16,19 +16,19 @@ from rover.record.tum import read_tum
 from rover_hil.testing.firmware_talk import FirmwareTalk
 from rover_hil.testing.rigs import RunningRig, rig_command
 
-pytestmark = pytest.mark.rig("sitl")
-
 Start = Callable[..., RunningRig]
 BYTES_PER_MS = 230_400 / 10 / 1000
 
 
-def test_hello_tells_the_time_and_the_camera_and_nonsense_is_answered_with_an_error(rig: Start) -> None:
+def test_hello_tells_the_time_and_the_camera_and_nonsense_is_answered_with_an_error(
+    rig: Start, rig_name: str
+) -> None:
     client = rig("--seed", "3").client()
     assert "op 'fly'" in client.ask(op="fly")[0]["error"]
     assert "'to_us' is missing" in client.ask(op="advance", host_bytes=0)[0]["error"]
     reply, _ = client.ask(op="hello")
     assert reply["now_us"] == 0
-    assert reply["rig"] == "sitl"
+    assert reply["rig"] == rig_name
     camera = {"name": "lepton-160", "width": 160, "height": 120, "period_us": 120_000, "latency_us": 60_000}
     assert reply["camera"] == camera
 
@@ -197,6 +197,7 @@ def test_a_second_companion_counts_from_zero(rig: Start) -> None:
 def test_without_a_companion_a_free_running_rig_lives_in_real_time(rig: Start) -> None:
     running = rig("--free-run")
     with FirmwareTalk(running.port) as talk:
+        talk.wait_for("State", lambda _: True, seconds=10.0)
         talk.hello()
         assert talk.wait_for("HelloBuild", lambda _: True, seconds=2.0)["accepted"] == 1
     before = time.monotonic()

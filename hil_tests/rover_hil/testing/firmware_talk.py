@@ -18,6 +18,8 @@ SEGMENTS = ((500_000, 1_000_000), (500_000, -1_000_000), (8_000_000, 0))
 """Duration in µs and jerk of travel in µm/s³: up to 0.25 m/s within a second, then on."""
 
 START_DELAY_US = 100_000
+BOOT_US = 100_000
+"""From power-on until a board listens, with a margin."""
 
 
 class FirmwareTalk:
@@ -63,6 +65,8 @@ class FirmwareTalk:
     def arm_and_drive_ahead(self, client: Client) -> int:
         """Handshake, arm, then a straight run of nine seconds; returns the time, µs, at which it has been sent."""
         now = 300_000
+        # What is sent to a board that is still starting is lost.
+        client.ask(op="advance", to_us=BOOT_US, host_bytes=0)
         client.ask(op="advance", to_us=now, host_bytes=self.hello())
         self.send("Arm", token=1)
         start = now + START_DELAY_US

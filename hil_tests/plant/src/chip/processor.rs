@@ -225,6 +225,12 @@ impl Processor {
         self.chip.borrow_mut().core.nvic.enabled &= !(1 << irq);
     }
 
+    /// Targets of the timer's four alarms, low 32 bits of microseconds.
+    #[getter]
+    fn timer_targets(&self) -> [u32; 4] {
+        self.chip.borrow().timer.targets()
+    }
+
     /// Instructions carried out so far.
     #[getter]
     fn instructions(&self) -> u64 {

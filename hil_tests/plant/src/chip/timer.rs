@@ -48,6 +48,10 @@ impl Timer {
         (self.raised & self.enabled) | self.forced
     }
 
+    pub fn targets(&self) -> [u32; 4] {
+        self.target
+    }
+
     fn armed(&self) -> u32 {
         (0..4)
             .filter(|&index| self.due[index].is_some())

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import sys
 
-from tools.bench import detector, missions, protocol, trajectory
+from tools.bench import detector, missions, planner, protocol, trajectory
 
-BENCHES = {"detector": detector.main, "missions": missions.main, "protocol": protocol.main, "trajectory": trajectory.main}
+BENCHES = {
+    "detector": detector.main,
+    "missions": missions.main,
+    "planner": planner.main,
+    "protocol": protocol.main,
+    "trajectory": trajectory.main,
+}
 
 
 def main() -> int:

@@ -28,6 +28,7 @@ from rover.motion.blend import BlendSettings, Stretch
 from rover.motion.checked import CheckedTrajectory, plan_checked
 from rover.motion.clearance import Ground
 from rover.motion.driving import DrivingLimits
+from rover.motion.extrema import ROUNDING
 from rover.motion.segment import State, advance, after
 from rover.planning.fields import CircleField
 from rover.planning.planner import plan
@@ -200,7 +201,7 @@ def measure(seed: int, limits: DrivingLimits) -> Outcome:
     planning_ms = 1e3 * (time.perf_counter() - begun)
     broken = broken_limits(checked, limits)
     gap = closest(checked, field) if field is not None else math.nan
-    if gap < 0.0:
+    if gap < -ROUNDING:
         broken.append("cleared ground")
     if checked.trajectory.failure:
         broken.append("profile")

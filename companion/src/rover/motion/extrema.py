@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 # Parts that a segment which turns is cut into; four-point Gauss quadrature in each leaves less than 1 nm.
 PARTS = 4
+# Metres: a path may touch what it goes around, and whole microseconds put the rover beside it by less than this.
+ROUNDING = 2e-5
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -54,7 +56,8 @@ class Extrema:
 
 
 class Driven:
-    """The motion of a trajectory. `points` (M, 2): where it passes; chords between them bulge by at most `bulge`.
+    """The motion of a trajectory. `points` (M, 2): where it passes, with chords that the way leaves by
+    at most `bulges` (M - 1).
 
     `poses` (N + 1, 3): x, y, heading at the beginning of each of the N segments and at the end of the last.
     """
@@ -78,10 +81,12 @@ class Driven:
         x = trajectory.x + np.concatenate([[0.0], np.cumsum(step_x)])
         y = trajectory.y + np.concatenate([[0.0], np.cumsum(step_y)])
         self.poses: Array = np.column_stack([x, y, heading])
-        self.bulge = float(np.max(np.abs(way[bends] * turned[bends]), initial=0.0)) / (8.0 * PARTS)
+        bulge = np.where(bends, np.abs(way * turned) / (8.0 * PARTS), 0.0)
         inner = self.poses[:-1][bends, None, :2] + np.cumsum(parts[:, :-1], axis=1)
         order = np.concatenate([np.arange(len(x)), np.repeat(np.flatnonzero(bends) + 0.5, PARTS - 1)])
-        self.points: Array = np.concatenate([self.poses[:, :2], inner.reshape(-1, 2)])[np.argsort(order, kind="stable")]
+        sorting = np.argsort(order, kind="stable")
+        self.points: Array = np.concatenate([self.poses[:, :2], inner.reshape(-1, 2)])[sorting]
+        self.bulges: Array = bulge[order[sorting][:-1].astype(np.int64)]
 
     def off_pieces(self, pieces: Sequence[Piece], starts: Sequence[int]) -> float:
         """Largest distance from where each piece should begin, metres. `starts`: of the trajectory."""
@@ -93,13 +98,13 @@ class Driven:
     def off_polyline(self, path: ArrayLike) -> float:
         """Largest distance from a polyline (K, 2) that is followed in order, metres."""
         line = np.asarray(path, dtype=np.float64).reshape(-1, 2)
-        return float(distance_to_polyline(self.points, line).max(initial=0.0)) + (self.bulge if len(line) > 1 else 0.0)
+        return float(distance_to_polyline(self.points, line).max(initial=0.0) + self.bulges.max(initial=0.0))
 
     def swept_clear(self, ground: Ground) -> bool:
-        """True when the footprint touches nothing along the whole way."""
+        """True when the footprint touches nothing along the whole way, but for ROUNDING."""
         a, b = self.points[:-1], self.points[1:]
         moves = np.hypot(*(b - a).T) > 1e-9
-        return bool(ground.swept(a[moves], b[moves], np.full(int(moves.sum()), self.bulge)).all())
+        return bool(ground.swept(a[moves], b[moves], self.bulges[moves] - ROUNDING).all())
 
 
 def _axis(t: Array, jerk: Array, rest: NDArray[np.bool_]) -> tuple[Array, Array, Array]:

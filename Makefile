@@ -16,7 +16,7 @@ PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml $(wildcard Cargo.lock)
 
-.PHONY: setup setup-dev demo test test-rust test-python lint firmware bench clean
+.PHONY: setup setup-dev demo test test-rust test-python lint firmware bench mutate clean
 
 setup: $(BIN)/rover target/.native
 
@@ -64,6 +64,9 @@ firmware: $(BIN)/python
 
 bench: setup-dev
 	$(BIN)/python -m tools.bench missions
+
+mutate: setup-dev
+	$(BIN)/python -m rover_hil.scenario.mutate
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

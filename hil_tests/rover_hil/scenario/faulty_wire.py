@@ -144,7 +144,6 @@ class FaultyBus(FrameTransport):
         self._order = 0
         self._now = 0.0
         self.port = inner.port
-        self.byte_time = inner.byte_time
         self.lead = inner.lead
         self.time_step = inner.time_step
         self.last_heard = None
@@ -177,6 +176,10 @@ class FaultyBus(FrameTransport):
         """See FrameTransport."""
         return self._inner.wire_bytes(payload)
 
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """See FrameTransport."""
+        return self._inner.wire_times(request, reply)
+
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""
         for packet in self._faults.frames((identifier, payload), TO_FIRMWARE):
@@ -198,12 +201,12 @@ class FaultyBus(FrameTransport):
         for frame in self._inner.receive():
             self._probe.take(frame.time, frame.identifier, frame.payload)
             for identifier, payload in self._faults.frames((frame.identifier, frame.payload), FROM_FIRMWARE):
-                self._inbox.append(Frame(self._host_time(frame.time), identifier, payload, frame.wire_bytes))
+                self._inbox.append(Frame(self._host_time(frame.time), identifier, payload))
 
     def restamp(self, now: float) -> None:
         """See FaultyWire."""
         at = self._host_time(now)
-        self._inbox = [Frame(at, frame.identifier, frame.payload, frame.wire_bytes) for frame in self._inbox]
+        self._inbox = [Frame(at, frame.identifier, frame.payload) for frame in self._inbox]
 
     def close(self) -> None:
         """See FaultyWire."""

@@ -220,7 +220,11 @@ def run(wanted: Sequence[Mutation], folder: Path, full: bool) -> dict[str, list[
         raise PreflightFailed(f"with all guards in place these fail already: {', '.join(broken)}")
     found: dict[str, list[str]] = {}
     for number, mutation in enumerate(wanted, 1):
-        failing = workshop.failing(mutation, find(every if full else mutation.noticed_by))
+        try:
+            failing = workshop.failing(mutation, find(every if full else mutation.noticed_by))
+        except PreflightFailed as error:  # the others are worth running all the same
+            print(error, file=sys.stderr)
+            failing = []
         found[mutation.guard] = failing
         passed = [name for name in mutation.noticed_by if name not in failing]
         print(f"{number}/{len(wanted)} {mutation.guard}: {', '.join(failing) or 'none'}", end="")

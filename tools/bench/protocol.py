@@ -137,6 +137,24 @@ def motion_rates() -> tuple[float, float]:
     return sent / duration, SETPOINT_RATE * len(Mavlink().setpoint(1.0))
 
 
+def segment_cost() -> tuple[int, int]:
+    """(bytes on the serial line with framing, CAN frames) of one constant-jerk segment of both axes."""
+    rover = Rover()
+    halves = [
+        rover.encode("SegmentTravel", index=513, duration=166_667, jerk_travel=3_000_001),
+        rover.encode("SegmentHeading", index=513, jerk_heading=-4_000_001, flags=0),
+    ]
+    return sum(len(half) for half in halves), len(halves)
+
+
+def sampled_rate() -> float:
+    """Bytes a second of set-points at 50 Hz in the rover's own framing: travel and heading, then both speeds."""
+    rover = Rover()
+    position = rover.encode("ReferenceDistance", travel=25_000, heading=1_000_000)
+    speed = rover.encode("Velocity", reference_travel=2500, reference_heading=100)
+    return SETPOINT_RATE * (len(position) + len(speed))
+
+
 def resync(side: type[Rover] | type[Mavlink], seed: int, trials: int) -> Resync:
     """Good frames, 1 to 300 random bytes, good frames again, into a fresh decoder each time."""
     chance = random.Random(seed)
@@ -198,6 +216,10 @@ def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
     ours, theirs = motion_rates()
     what = "1 m of motion, bytes/s: segments; set-points at 50 Hz"
     yield f"| {what} | {ours:.0f} | {theirs:.0f} | {theirs / ours:.0f} |"
+    sampled = sampled_rate()
+    yield f"| the same in the rover's framing: set-points at 50 Hz | {sampled:.0f} | | |"
+    line, frames_on_bus = segment_cost()
+    yield f"| one segment, bytes on serial (CAN frames) | {line} ({frames_on_bus}) | | |"
     mine, other = resync(Rover, seed, trials), resync(Mavlink, seed, trials)
     yield (
         f"| good frames lost after garbage, mean (worst) | {mine.frames_lost_mean:.2f} ({mine.frames_lost_worst}) "

@@ -41,7 +41,13 @@ def test_segments_take_less_than_a_tenth_of_set_points() -> None:
     assert segments < setpoints / 10
 
 
+def test_a_segment_is_two_can_frames_and_at_most_32_bytes_on_the_serial_line() -> None:
+    line, frames = protocol.segment_cost()
+    assert line <= 32
+    assert frames <= 2
+
+
 def test_the_table_has_a_line_for_everything() -> None:
     lines = list(protocol.table(seed=1, trials=5, frames=20, repeats=1))
     assert all(line.count("|") == 5 for line in lines)
-    assert len(lines) == 12
+    assert len(lines) == 14

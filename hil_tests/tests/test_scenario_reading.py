@@ -9,6 +9,7 @@ from rover.errors import BadInput
 from rover_hil.scenario.condition import parse_condition
 from rover_hil.scenario.language import START
 from rover_hil.scenario.reading import load_scenario
+from rover_hil.scenario.runner import play
 
 HEAD = """
 name = "n"
@@ -145,3 +146,8 @@ def test_conditions_mean_what_they_say(text: str, expected: bool) -> None:
 def test_a_condition_that_makes_no_sense_is_refused(text: str) -> None:
     with pytest.raises(BadInput, match="condition"):
         parse_condition(text)
+
+
+def test_a_whole_mission_is_refused_and_not_passed_over(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"drive.mission: whole missions are not driven here yet"):
+        play(read(tmp_path, HEAD + '[drive]\nmission = "demo"\n' + EXPECT + END), "sitl")

@@ -6,6 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
+from rover.errors import BadInput
 from rover_plant import Plant
 
 from rover_hil.scenario.driver import Companion
@@ -58,6 +59,8 @@ def play(scenario: Scenario, rig: str) -> Result:
 
     Raises BadInput, PreflightFailed, RigFailed.
     """
+    if scenario.mission is not None:
+        raise BadInput(f"{scenario.path}: drive.mission: whole missions are not driven here yet; give drive.steps")
     begin = time.monotonic()
     run = _Run(scenario, rig)
     try:

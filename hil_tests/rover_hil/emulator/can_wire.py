@@ -15,7 +15,7 @@ BITS_PER_BYTE = 8
 def fit_controller(chip: Chip) -> CanBus:
     """Solders an MCP2515 to SPI0, and gives it a bus that nobody else has joined yet."""
     bus = CanBus(chip.clock)
-    controller = Mcp2515(chip.clock, bus)
+    controller = Mcp2515(chip.clock, bus, wiring.CAN_OSCILLATOR_HZ)
     spi = chip.spi[0]
     answers: list[int] = []
     done = chip.clock.create_alarm(lambda: spi.complete_transmit(answers.pop()))

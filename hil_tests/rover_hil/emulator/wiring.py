@@ -19,3 +19,5 @@ ADC_REFERENCE_MV = 3300.0
 ADC_STEPS = 4096
 CAN_SELECT, CAN_INTERRUPT = 17, 10
 """Of the MCP2515 on SPI0."""
+CAN_OSCILLATOR_HZ = 8_000_000
+"""The crystal on the module."""

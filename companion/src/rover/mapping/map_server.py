@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.errors import BadInput
-from rover.mapping.survey_grid import SurveyGrid
+
+
+class Grid(Protocol):
+    """What is saved: a `SurveyGrid`, or a `PictureGrid`."""
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    @property
+    def resolution(self) -> float: ...
+    @property
+    def seen(self) -> NDArray[np.bool_]: ...
+    @property
+    def occupied(self) -> NDArray[np.bool_]: ...
+
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 FREE_THRESHOLD, OCCUPIED_THRESHOLD = 0.196, 0.65
@@ -26,7 +41,7 @@ class StoredMap:
     origin: tuple[float, float, float]
 
 
-def save(grid: SurveyGrid, yaml_path: str | Path) -> None:
+def save(grid: Grid, yaml_path: str | Path) -> None:
     """Writes `<name>.yaml` and `<name>.pgm`: occupied black, seen free ground white, the rest grey."""
     file = Path(yaml_path)
     occupied = grid.occupied
@@ -63,8 +78,12 @@ def read(yaml_path: str | Path) -> StoredMap:
         free_below = float(values.get("free_thresh", FREE_THRESHOLD))
     except ValueError as error:
         raise BadInput(f"{file}: {error}; numbers are expected, and origin as [x, y, heading]") from error
-    if not resolution > 0.0:
-        raise BadInput(f"{file}: resolution: a length above 0 is expected, got {resolution:g}")
+    numbers = {"origin": (x, y, heading), "occupied_thresh": (occupied_from,), "free_thresh": (free_below,)}
+    for key, parts in numbers.items():
+        if not all(map(math.isfinite, parts)):
+            raise BadInput(f"{file}: {key}: finite numbers are expected, got {values[key]}")
+    if not (math.isfinite(resolution) and resolution > 0.0):
+        raise BadInput(f"{file}: resolution: a finite length above 0 is expected, got {resolution:g}")
     image = file.parent / values["image"].strip("\"'")
     picture = cv2.imread(str(image), cv2.IMREAD_GRAYSCALE) if image.is_file() else None
     if picture is None:

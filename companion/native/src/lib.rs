@@ -11,6 +11,7 @@ mod geometry;
 mod grid;
 mod lattice;
 mod memory;
+mod mend;
 mod order;
 mod planner;
 mod python_field;

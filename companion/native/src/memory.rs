@@ -1,10 +1,11 @@
 //! What is kept from one plan to the next, so that a changed map, a start that has moved or another goal costs a repair
 //! and not a search (section 3.5): the tree, and the legs between stops.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::field::Field;
 use crate::geometry::{distance, distance_squared, Point};
+use crate::mend::mended;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
 use crate::shorten::{self, Shortening};
@@ -57,6 +58,7 @@ impl Memory {
         start: Point,
         goals: &[Point],
         growth: Growth,
+        shortening: Shortening,
     ) -> Grown {
         self.repair = Repair::default();
         let old = self
@@ -79,7 +81,59 @@ impl Memory {
                 known.and_then(|&(_, node)| places[node])
             })
             .collect();
-        Grown::resumed(field, tree, reached, goals, growth)
+        let mut grown = Grown::resumed(field, tree, reached, goals, growth);
+        self.mend_legs(field, &mut grown, start, goals, shortening);
+        grown
+    }
+
+    /// Goals that the tree has lost come back to it along their old legs, as far as those can be mended.
+    fn mend_legs<F: Field>(
+        &mut self,
+        field: &F,
+        grown: &mut Grown,
+        start: Point,
+        goals: &[Point],
+        shortening: Shortening,
+    ) {
+        let mut lattice = None;
+        let mut names: Vec<Name> = vec![None];
+        names.extend(goals.iter().map(|&goal| name_of(goal)));
+        let mut tried: BTreeSet<(Name, Name)> = BTreeSet::new();
+        loop {
+            let node = |grown: &Grown, stop: usize| match stop {
+                0 => Some(0),
+                stop => grown.reached[stop - 1],
+            };
+            let lost = |stop: usize| stop > 0 && grown.reached[stop - 1].is_none();
+            let next = self.legs.keys().find_map(|&key| {
+                let from = names.iter().position(|&name| name == key.0)?;
+                let to = names.iter().position(|&name| name == key.1)?;
+                (lost(from) != lost(to) && !tried.contains(&key)).then_some((key, from, to))
+            });
+            let Some((key, from, to)) = next else { return };
+            tried.insert(key);
+            let at = |stop: usize| if stop == 0 { start } else { goals[stop - 1] };
+            let ends = (at(from), at(to));
+            if !field.point_clear(ends.0, shortening.radius)
+                || !field.point_clear(ends.1, shortening.radius)
+            {
+                continue;
+            }
+            if let Some(path) = mended(field, &mut lattice, &self.legs[&key], ends, shortening) {
+                let backwards = lost(from);
+                let (root, goal) = if backwards { (to, from) } else { (from, to) };
+                let Some(mut at) = node(grown, root) else {
+                    continue;
+                };
+                let count = path.len();
+                for step in 1..count {
+                    let p = path[if backwards { count - 1 - step } else { step }];
+                    at = grown.tree.add(p, at);
+                }
+                grown.reached[goal - 1] = Some(at);
+                self.legs.insert(key, path);
+            }
+        }
     }
 
     /// Drops legs to goals that are no longer asked for.

@@ -127,7 +127,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
             request,
             entry,
             wanted,
-            memory.take_tree(field, entry, &request.goals, growth),
+            memory.take_tree(field, entry, &request.goals, growth, shortening),
             &mut random,
             &mut budget,
         )

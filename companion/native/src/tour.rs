@@ -9,6 +9,7 @@ use crate::field::Field;
 use crate::geometry::{distance, path_length, Point};
 use crate::lattice::Lattice;
 use crate::memory::{name_of, Name};
+use crate::mend::mended;
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -44,8 +45,6 @@ pub struct Tour {
 
 /// Tree extensions that a leg of its own may take.
 const LEG_TRIES: u64 = 400;
-/// Tree extensions to bridge a gap in an old leg.
-const BRIDGE_TRIES: u64 = 200;
 /// Vertices up to which a way is pulled taut only to know its length.
 const SHORT_WAY: usize = 64;
 
@@ -117,13 +116,16 @@ impl<F: Field> Search<'_, F> {
             return tour;
         };
         let points = tour.stops.clone();
+        let mut bridges = None;
         let name = |stop: usize| (stop > 0).then(|| name_of(points[stop])).flatten();
         let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
         let sequence = if any_order {
             order::lazily(straight(&points), |from, to| {
                 let old = kept.remove(&(name(from), name(to)));
                 let old = old.or_else(|| kept.remove(&(name(to), name(from))).map(reversed));
-                let mended = old.and_then(|old| self.mended(old, points[from], points[to]));
+                let ends = (points[from], points[to]);
+                let mended = old
+                    .and_then(|old| mended(self.field, &mut bridges, &old, ends, self.shortening));
                 let path = if let Some(path) = mended {
                     path
                 } else {
@@ -149,7 +151,8 @@ impl<F: Field> Search<'_, F> {
                 .or_else(|| paths.remove(&(to, from)).map(reversed))
                 .or_else(|| {
                     let old = kept.remove(&(name(from), name(to)))?;
-                    self.mended(old, points[from], points[to])
+                    let ends = (points[from], points[to]);
+                    mended(self.field, &mut bridges, &old, ends, self.shortening)
                 })
                 .unwrap_or_else(|| {
                     let (path, nodes) = self.better_of(raw_leg(stops, grown, from, to));
@@ -166,29 +169,6 @@ impl<F: Field> Search<'_, F> {
             kept.insert((name(from), name(to)), path);
         }
         tour
-    }
-
-    /// An old leg between these stops made valid again: what stands in obstacles is left out, and gaps are bridged.
-    fn mended(&mut self, old: Vec<Point>, from: Point, to: Point) -> Option<Vec<Point>> {
-        let (field, radius) = (self.field, self.growth.radius);
-        let inner = old.iter().filter(|&&p| p != from && p != to);
-        let mut path = vec![from];
-        for &next in inner.chain([&to]) {
-            let at = path[path.len() - 1];
-            if next != to && !field.point_clear(next, radius) {
-                continue;
-            }
-            if field.segment_clear(at, next, radius) {
-                path.push(next);
-                continue;
-            }
-            let whole = self.budget.capped(BRIDGE_TRIES);
-            let (bridge, _) = connect::plan(field, at, next, self.growth, self.random, self.budget);
-            self.budget.restore(whole);
-            path.extend(bridge?.into_iter().skip(1));
-        }
-        shorten::settle(field, &mut path, self.shortening, 2);
-        Some(path)
     }
 
     /// Restarts and shortcuts, leg by leg, until the budget is spent or every leg is a straight line.

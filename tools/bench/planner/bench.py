@@ -1,0 +1,47 @@
+"""Runs the planner's tables one after the other."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from tools.bench.planner import peers, tables
+
+TABLES = ("paper", "maps", "fields", "replan")
+
+
+def main(arguments: list[str]) -> int:
+    """Prints the tables asked for as Markdown."""
+    parser = argparse.ArgumentParser(prog="python -m tools.bench planner", description=__doc__)
+    parser.add_argument("--seeds", type=int, default=50)
+    parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder that holds maps/")
+    parser.add_argument("--only", choices=TABLES, action="append", help="this table alone; may be repeated")
+    parser.add_argument("--sizes", type=float, nargs="+", default=[20.0, 40.0], help="sides of the fields, metres")
+    parser.add_argument("--goals", type=int, nargs="+", default=[4, 10])
+    parser.add_argument("--every", type=int, default=20, help="every so many scenarios of the maps")
+    parser.add_argument("--map-budget-ms", type=float, default=50.0)
+    options = parser.parse_args(arguments)
+    wanted = options.only or list(TABLES)
+    with peers.scratch() as folder:
+        program, what = peers.build(Path(folder)) if {"paper", "fields"} & set(wanted) else (None, "")
+        if what:
+            print(f"Peers: {what}.\n")
+        load = os.getloadavg()[0] / (os.cpu_count() or 1)
+        if load > 0.7:
+            print(f"The machine is busy (load {load:.1f} per core): times are too long, ratios hold.\n")
+        if "paper" in wanted:
+            print(f"The paper's field, {options.seeds} seeds:\n\n{tables.paper_table(program, options.seeds)}\n")
+        if "maps" in wanted and options.data is None:
+            print("no maps: give --data DIR or ROVER_DATA", file=sys.stderr)
+        elif "maps" in wanted:
+            found = tables.map_table(Path(options.data) / "maps", options.map_budget_ms, options.every)
+            print(f"MovingAI, radius 1/3 cell, {options.map_budget_ms:g} ms:\n\n{found}\n")
+        if "fields" in wanted:
+            found = tables.field_table(program, options.seeds, options.sizes, options.goals)
+            print(f"Fields with 40 % blocked, any order, {options.seeds} seeds:\n\n{found}\n")
+        if "replan" in wanted:
+            found = tables.replan_table(options.seeds, options.sizes)
+            print(f"After 5 % of the cells changed, {options.seeds} seeds:\n\n{found}\n")
+    return 0

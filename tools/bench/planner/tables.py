@@ -1,0 +1,158 @@
+"""The measurements, each a Markdown table. Times are wall time in milliseconds, lengths metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rover.planning import ALGORITHMS, GridField, Planner, plan
+
+from tools.bench.planner import peers
+from tools.bench.planner.scenes import (
+    PAPER_GOALS,
+    PAPER_OBSTACLES,
+    PAPER_OPTIMUM,
+    PAPER_START,
+    RADIUS,
+    RESOLUTION,
+    change,
+    paper_field,
+    random_scene,
+    rasterise,
+)
+
+MAPS = ("32room_002", "den312d", "maze512-8-0", "random512-15-3")
+
+
+def spread(values: Sequence[float], digits: int = 3) -> str:
+    """Median and p95."""
+    return " / ".join(f"{np.percentile(values, p):.{digits}f}" for p in (50, 95)) if len(values) else "–"
+
+
+def paper_table(program: Path | None, seeds: int) -> str:
+    """Table 4 of the paper in form: time, iterations, nodes and length on its field, ours and the peers'."""
+    lines = [
+        "| planner | time ms (median / p95) | iterations | nodes | length m | p95 × optimum |",
+        "|---|--:|--:|--:|--:|--:|",
+    ]
+
+    def row(name: str, times: list[float], iterations: list[float], nodes: list[float], lengths: list[float]) -> None:
+        worst = np.percentile(lengths, 95) / PAPER_OPTIMUM
+        count = f"{np.median(iterations):.0f}" if iterations else "–"
+        lines.append(
+            f"| {name} | {spread(times)} | {count} | {np.median(nodes):.0f} | {spread(lengths)} | {worst:.4f} |"
+        )
+
+    for budget in (None, 5.0):
+        for algorithm in ALGORITHMS:
+            results = [
+                plan(paper_field(), PAPER_START, PAPER_GOALS, algorithm=algorithm, seed=s, budget_ms=budget)
+                for s in range(seeds)
+            ]
+            times = [(r.first_solution_ms or 0.0) if budget is None else r.time_ms for r in results]
+            name = f"rover {algorithm}, " + ("first solution" if budget is None else f"{budget:g} ms")
+            row(name, times, [r.iterations for r in results], [r.nodes for r in results], [r.length for r in results])
+    stops = (PAPER_START, *PAPER_GOALS)
+    if program is not None:
+        fine = 0.02
+        # The cells that the paper's circles touch, on the rectangle alone.
+        blocked = rasterise(4.0, np.array(PAPER_OBSTACLES), fine)[:, : round(3.0 / fine)]
+        found = peers.run(program, blocked, fine, RADIUS, PAPER_OBSTACLES, stops, ompl_seeds=seeds)
+        for method, runs in found.items():
+            row(f"C++ {method}", [r[0] for r in runs], [], [r[2] for r in runs], [r[1] for r in runs])
+    for star in (False, True):
+        runs = [peers.python_rrt((3.0, 4.0), PAPER_OBSTACLES, stops, RADIUS, s, star=star) for s in range(seeds)]
+        name = f"plain Python RRT{'*' if star else ''} (PythonRobotics' kind, written anew)"
+        row(name, [r[0] for r in runs], [], [r[2] for r in runs], [r[1] for r in runs])
+    return "\n".join(lines)
+
+
+def map_table(folder: Path, budget_ms: float, every: int) -> str:
+    """MovingAI scenarios: length over the optimal octile length."""
+    lines = [
+        "| map | solved | first solution ms (median / p95) | length / octile optimum | longest |",
+        "|---|--:|--:|--:|--:|",
+    ]
+    for name in MAPS:
+        field = GridField.load_movingai(folder / f"{name}.map")
+        rows = [line.split("\t") for line in (folder / f"{name}.map.scen").read_text().splitlines()[1:] if line]
+        ratios, firsts, count = [], [], 0
+        for number, cells in enumerate(rows[::every]):
+            x, y, goal_x, goal_y = (int(cell) + 0.5 for cell in cells[4:8])
+            found = plan(field, (x, y), [(goal_x, goal_y)], robot_radius=1 / 3, seed=number, budget_ms=budget_ms)
+            count += 1
+            if found.ok and found.first_solution_ms is not None:
+                ratios.append(found.length / float(cells[8]) if float(cells[8]) > 0.0 else 1.0)
+                firsts.append(found.first_solution_ms)
+        lines.append(f"| {name} | {len(ratios)}/{count} | {spread(firsts, 1)} | {spread(ratios)} | {max(ratios):.3f} |")
+    return "\n".join(lines)
+
+
+def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals: Sequence[int]) -> str:
+    """Tours in any order over ground that is 40 % blocked, beside A* legs (no shortcuts) with exact ordering.
+
+    The budget of each tour is 0.8 of the time that the A* took on the same ground just before.
+    """
+    lines = [
+        "| field | goals | map | first tour ms (median / p95) | A* legs, exact order ms | ours ms | tour / A* tour "
+        "| tour / A* with shortcuts |",
+        "|---|--:|---|--:|--:|--:|--:|--:|",
+    ]
+    for size in sizes:
+        for count in goals:
+            figures: dict[str, list[tuple[float, ...]]] = {"circles": [], "cells": []}
+            for seed in range(seeds):
+                scene = random_scene(size, count, seed)
+                stops = (scene.start, *scene.goals)
+                ms, plain, short = 1000.0, float("nan"), float("nan")
+                if program is not None:
+                    found = peers.run(program, scene.blocked, RESOLUTION, RADIUS, [], stops, any_order=True)
+                    ms, plain, _ = found["a-star"][0]
+                    short = found["a-star-shortcuts"][0][1]
+                for kind, field in (("circles", scene.circle_field()), ("cells", scene.grid_field())):
+                    ours = plan(
+                        field, scene.start, scene.goals, robot_radius=RADIUS, seed=seed, any_order=True,
+                        budget_ms=0.8 * ms,
+                    )  # fmt: skip
+                    length = ours.length if ours.ok else float("inf")
+                    first = ours.first_solution_ms or float("inf")
+                    figures[kind].append((first, ms, ours.time_ms, length / plain, length / short))
+            for kind, runs in figures.items():
+                first, ms, ours_ms, ratio, ratio_short = (list(column) for column in zip(*runs, strict=True))
+                lines.append(
+                    f"| {size:g} m | {count} | {kind} | {spread(first, 1)} | {spread(ms, 0)} | {spread(ours_ms, 0)} "
+                    f"| {spread(ratio)} | {spread(ratio_short)} |"
+                )
+    return "\n".join(lines)
+
+
+def replan_table(seeds: int, sizes: Sequence[float], share: float = 0.05) -> str:
+    """Planning again after `share` of the cells changed, beside planning afresh; the map is loaded in both."""
+    lines = [
+        "| field | goals | afresh ms (median / p95) | again ms | median of ratios | length again / afresh "
+        "| nodes kept / rewired / pruned |",
+        "|---|--:|--:|--:|--:|--:|--:|",
+    ]
+    for size in sizes:
+        for count in (1, 4):
+            rows = []
+            for seed in range(seeds):
+                scene = random_scene(size, count, seed)
+                planner = Planner(robot_radius=RADIUS, seed=seed)
+                planner.plan(scene.grid_field(), scene.start, scene.goals)
+                field = GridField(change(scene, share, seed), RESOLUTION)
+                afresh = plan(field, scene.start, scene.goals, robot_radius=RADIUS, seed=seed)
+                again = planner.plan(field, scene.start, scene.goals)
+                if afresh.unreachable != again.unreachable:
+                    raise AssertionError(f"seed {seed}: the two plans reach different goals")
+                if afresh.ok:
+                    r = planner.repair
+                    rows.append((afresh.time_ms, again.time_ms, again.time_ms / afresh.time_ms,
+                                 again.length / afresh.length, r.kept, r.rewired, r.pruned))  # fmt: skip
+            fresh, new, ratio, lengths, kept, rewired, pruned = (list(c) for c in zip(*rows, strict=True))
+            lines.append(
+                f"| {size:g} m | {count} | {spread(fresh, 2)} | {spread(new, 2)} | {np.median(ratio):.2f} "
+                f"| {spread(lengths)} | {np.median(kept):.0f} / {np.median(rewired):.0f} / {np.median(pruned):.0f} |"
+            )
+    return "\n".join(lines)

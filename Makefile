@@ -1,6 +1,8 @@
 # make setup     everything that `rover` needs, in .venv (nothing outside this folder)
 # make demo      a whole mission on the simulated rig; DATA=<dir> lays its ground with real pictures
 # make test      every test there is; make lint, make firmware, make bench beside it
+# make train     the detector's model anew, from a seed; DATA=<dir> adds real pictures (half an hour)
+# make evaluate  docs/detection.md anew: every table about the detector (DATA=<dir> for those of real pictures)
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
 
@@ -16,7 +18,7 @@ PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml $(wildcard Cargo.lock)
 
-.PHONY: setup setup-dev demo test test-rust test-python lint firmware bench mutate clean
+.PHONY: setup setup-dev demo test test-rust test-python lint firmware bench mutate train evaluate clean
 
 setup: $(BIN)/rover target/.native
 
@@ -64,6 +66,12 @@ firmware: $(BIN)/python
 
 bench: setup-dev
 	$(BIN)/python -m tools.bench missions
+
+train: setup-dev
+	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train --seed $(SEED) $(if $(DATA),--data $(DATA))
+
+evaluate: setup-dev
+	OMP_NUM_THREADS=1 $(BIN)/python -m tools.evaluate --seed $(SEED) $(if $(DATA),--data $(DATA))
 
 mutate: setup-dev
 	$(BIN)/python -m rover_hil.scenario.mutate

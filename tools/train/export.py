@@ -12,6 +12,8 @@ from onnx import TensorProto, helper, numpy_helper
 from rover.detection.classifier import CLASSES
 from rover.detection.patch import LENGTH
 
+from tools.train.network import Network
+
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
 
 
@@ -31,8 +33,27 @@ def fold(
     return [(w.astype(np.float32), b.astype(np.float32)) for w, b in layers]
 
 
-def write(path: Path, layers: list[Layer], notes: dict[str, str]) -> None:
-    """Writes the model; metadata: classes, input length, and `notes`."""
+def read(path: Path) -> Network:
+    """The network of a model file that `write` has made; its standardiser is folded in already."""
+    model = onnx.load(path)
+    stored = {i.name: numpy_helper.to_array(i).astype(np.float32) for i in model.graph.initializer}
+    notes = {p.key: p.value for p in model.metadata_props}
+    layers = range(sum(name.startswith("weight") for name in stored))
+    weights, biases = [stored[f"weight{i}"] for i in layers], [stored[f"bias{i}"] for i in layers]
+    temperature = np.float32(notes.get("temperature", 1.0))
+    weights[-1], biases[-1] = weights[-1] * temperature, biases[-1] * temperature
+    length = weights[0].shape[0]
+    return Network(weights, biases, np.zeros(length), np.ones(length), tuple(range(len(CLASSES))))
+
+
+def write(
+    path: Path, layers: list[Layer], notes: dict[str, str], pictures: tuple[float, NDArray[np.float32]] | None = None
+) -> None:
+    """Writes the model; metadata: classes, input length, and `notes`.
+
+    pictures: factor and offsets (classes,) of the logits of pictures without kelvin, whose last number is 1: they have
+    a calibration of their own.
+    """
     nodes, initializers = [], []
     flow = "vectors"
     for index, (weight, bias) in enumerate(layers):
@@ -45,6 +66,8 @@ def write(path: Path, layers: list[Layer], notes: dict[str, str]) -> None:
         if index < len(layers) - 1:
             nodes.append(helper.make_node("Relu", [flow], [f"hidden{index}"]))
             flow = f"hidden{index}"
+    if pictures is not None:
+        flow = _calibrated(nodes, initializers, flow, *pictures)
     nodes.append(helper.make_node("Softmax", [flow], ["probabilities"], axis=1))
     graph = helper.make_graph(
         nodes,
@@ -61,3 +84,22 @@ def write(path: Path, layers: list[Layer], notes: dict[str, str]) -> None:
     path.write_bytes(content)
     # The rover refuses a model that is not the one that was evaluated.
     path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n", encoding="ascii")
+
+
+def _calibrated(nodes: list, initializers: list, flow: str, factor: float, offsets: NDArray[np.float32]) -> str:
+    """logits · (1 + flag·(factor − 1)) + flag·offsets, the flag being the last number of the vector."""
+    initializers += [
+        numpy_helper.from_array(np.array([LENGTH - 1]), "flag_at"),
+        numpy_helper.from_array(np.array([factor - 1.0], np.float32), "factor"),
+        numpy_helper.from_array(np.array([1.0], np.float32), "one"),
+        numpy_helper.from_array(offsets.astype(np.float32).reshape(1, -1), "offsets"),
+    ]
+    nodes += [
+        helper.make_node("Gather", ["vectors", "flag_at"], ["flag"], axis=1),
+        helper.make_node("Mul", ["flag", "factor"], ["more"]),
+        helper.make_node("Add", ["more", "one"], ["scale"]),
+        helper.make_node("Mul", [flow, "scale"], ["scaled"]),
+        helper.make_node("MatMul", ["flag", "offsets"], ["shift"]),
+        helper.make_node("Add", ["scaled", "shift"], ["calibrated"]),
+    ]
+    return "calibrated"

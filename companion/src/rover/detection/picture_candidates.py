@@ -9,12 +9,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.detection.picture_maps import Map, PictureMaps
+from rover.detection.picture_maps import FULL_SIZE, Map, PictureMaps
 
 # Diameters, as shares of the picture's longer side, and the ratio of one to the next.
 SMALLEST, LARGEST, RATIO = 0.026, 0.66, 2.0 ** (1.0 / 3.0)
-# A disc of diameter d answers most at sigma = d / 2.8; the surround is two steps of the scale wider.
-DIAMETER = 2.8
+# The same ratio for small pictures, which come at video rate.
+SMALL_RATIO = 2.0**0.5
+# A disc of diameter d answers most at sigma = d / 2.8; the surround is so much wider.
+DIAMETER, SURROUND = 2.8, 2.0 ** (2.0 / 3.0)
 # Blobs kept of each size: (map, sign, how many).
 QUOTAS = ((0, 1, 6), (0, -1, 3), (1, 1, 3), (1, -1, 1), (2, 1, 2))
 # Candidates of one size whose centres are nearer than this share of it are one.
@@ -32,8 +34,9 @@ def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spot
     low, high = SMALLEST * longer, LARGEST * longer
     if metres_per_pixel is not None and longer * metres_per_pixel >= TRUSTED_METRES:
         low, high = max(low, MINE_METRES[0] / metres_per_pixel), min(high, MINE_METRES[1] / metres_per_pixel)
-    steps = np.arange(round(np.log(LARGEST / SMALLEST) / np.log(RATIO)) + 1)
-    extents = [e for e in (SMALLEST * longer * RATIO**steps).tolist() if low / RATIO <= e <= high * RATIO]
+    ratio = RATIO if longer > FULL_SIZE else SMALL_RATIO
+    steps = np.arange(round(np.log(LARGEST / SMALLEST) / np.log(ratio)) + 1)
+    extents = [e for e in (SMALLEST * longer * ratio**steps).tolist() if low / ratio <= e <= high * ratio]
     found: list[Spots] = []
     answers = [_answers(maps, channel, extents) for channel in range(3)]
     for index, extent in enumerate(extents):
@@ -58,7 +61,7 @@ def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tupl
         # Sigma between 1.1 and 2.2 pixels of its level: cheap, and exact enough.
         level = int(np.clip(np.floor(np.log2(sigma / 1.1)), 0, len(levels) - 1))
         centre, around = (
-            _blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, RATIO * RATIO)
+            _blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, SURROUND)
         )
         answers.append((centre - around, maps.step * 2.0**level))
     return answers

@@ -40,9 +40,9 @@ def describe_picture(
     vectors = np.zeros((len(spots), LENGTH), np.float32)
     if not len(spots):
         return vectors
-    thermal, occupied, wide, numbers = describe_spots(maps, spots, reference)
+    thermal, occupied, numbers = describe_spots(maps, spots, reference)
     area = SIDE * SIDE
-    vectors[:, :area], vectors[:, area : 2 * area], vectors[:, 2 * area : 3 * area] = thermal, occupied, wide
+    vectors[:, :area], vectors[:, area : 2 * area] = thermal, occupied
     vectors[:, PICTURE_NUMBERS : PICTURE_NUMBERS + NUMBERS] = numbers
     vectors[:, -1] = 1.0
     return vectors

@@ -15,8 +15,8 @@ POINTS = 16
 # Circles, in diameters of the spot; from FIRST_AROUND on it is ground.
 CIRCLES = (0.0, 0.12, 0.24, 0.34, 0.44, 0.54, 0.66, 0.82, 1.05, 1.35, 1.7)
 FIRST_AROUND = 7
-# Width of the thermal patch and of the wide one, in diameters.
-PATCH, WIDE = 1.5, 3.4
+# Width of the patches, in diameters; what lies farther out the circles tell.
+PATCH = 1.5
 _R = len(CIRCLES)
 NUMBERS = 13 * _R - 8 + 6 + 8
 _ANGLES = np.arange(POINTS) * (2.0 * np.pi / POINTS)
@@ -31,12 +31,12 @@ Block = NDArray[np.float32]
 
 def describe_spots(
     maps: PictureMaps, spots: Block, reference: Block | None = None
-) -> tuple[Block, Block, Block, Block]:
-    """Thermal, occupancy and wide patches (N, 256) and numbers (N, NUMBERS) of spots (N, 3) x, y, diameter.
+) -> tuple[Block, Block, Block]:
+    """Thermal and occupancy patches (N, 256) and numbers (N, NUMBERS) of spots (N, 3) x, y, diameter.
 
     reference: spots that the picture's own extremes are taken from, `spots` when not given.
     """
-    circles, known, thermal, wide = _sample(maps, spots)
+    circles, known, thermal = _sample(maps, spots)
     total = known.sum(axis=2)
     mean = (circles * known).sum(axis=3) / total
     beside = (circles - mean[..., None]) * known
@@ -83,12 +83,11 @@ def describe_spots(
     return (
         _turned(thermal / (thermal.std(axis=1, keepdims=True) + 1.0)),
         _turned(occupied.astype(np.float32)),
-        _turned(np.arcsinh((wide - ground[0][:, None]) / unit)),
         numbers,
     )
 
 
-def _sample(maps: PictureMaps, spots: Block) -> tuple[Block, Block, Block, Block]:
+def _sample(maps: PictureMaps, spots: Block) -> tuple[Block, Block, Block]:
     """Circles (3, N, circles, points), which of them lie in the picture (N, circles, points), patches (N, 256)."""
     count, levels = len(spots), maps.levels
     # A spot is 10 to 20 pixels wide where it is sampled.
@@ -96,7 +95,7 @@ def _sample(maps: PictureMaps, spots: Block) -> tuple[Block, Block, Block, Block
     level_of = np.clip(level_of, 0, len(levels[0]) - 1).astype(int)
     circles = np.zeros((3, count, _R * POINTS), np.float32)
     known = np.zeros((count, _R * POINTS), np.float32)
-    thermal, wide = np.zeros((count, SIDE * SIDE), np.float32), np.zeros((count, SIDE * SIDE), np.float32)
+    thermal = np.zeros((count, SIDE * SIDE), np.float32)
     for level in np.unique(level_of).tolist():
         chosen = np.nonzero(level_of == level)[0]
         at = _Places(spots[chosen], maps.step * 2.0**level)
@@ -106,12 +105,9 @@ def _sample(maps: PictureMaps, spots: Block) -> tuple[Block, Block, Block, Block
         height, width = levels[0][level].shape
         known[chosen] = (x > -1.0) & (x < width) & (y > -1.0) & (y < height)
         thermal[chosen] = _remap(levels[0][level], *at.points(PATCH * _PATCH_COLUMNS, PATCH * _PATCH_ROWS))
-        above = min(level + 1, len(levels[0]) - 1)
-        at = _Places(spots[chosen], maps.step * 2.0**above)
-        wide[chosen] = _remap(levels[0][above], *at.points(WIDE * _PATCH_COLUMNS, WIDE * _PATCH_ROWS))
     shape = (count, _R, POINTS)
     known = np.where(known > 0.0, np.float32(1.0), np.float32(1e-3)).reshape(shape)
-    return circles.reshape(3, *shape), known, thermal, wide
+    return circles.reshape(3, *shape), known, thermal
 
 
 class _Places:
@@ -143,7 +139,7 @@ def _extremes(mean: Block, spread: Block) -> Block:
 
 
 def _extremes_of(maps: PictureMaps, reference: Block) -> Block:
-    circles, known, _, _ = _sample(maps, reference)
+    circles, known, _ = _sample(maps, reference)
     total = known.sum(axis=2)
     mean = (circles * known).sum(axis=3) / total
     beside = (circles - mean[..., None]) * known

@@ -1,0 +1,28 @@
+"""Vectors once made are kept in a folder, so that another round of training begins at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Arrays = dict[str, NDArray]
+
+
+def kept(folder: Path | None, name: str, make: Callable[[], Arrays]) -> Arrays:
+    """The arrays of `name`: from the folder if they lie there, else made and laid there. No folder, no keeping.
+
+    The name must tell everything that the arrays depend on but the code: who changes that, empties the folder.
+    """
+    if folder is None:
+        return make()
+    file = folder / f"{name}.npz"
+    if file.is_file():
+        with np.load(file) as stored:
+            return {key: stored[key] for key in stored.files}
+    arrays = make()
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(file, **arrays)
+    return arrays

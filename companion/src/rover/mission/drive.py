@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 from rover.mission.freespace import FreeSpace
+from rover.motion.clearance import Ground
 from rover.motion.committed import CommittedMotion
 from rover.motion.follow import PathFollower
 from rover.motion.segment import Segment
@@ -33,10 +34,12 @@ SAME_PLACE = 0.03
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
-    def __init__(self, vehicle: Vehicle, cruise_speed: float) -> None:
+    def __init__(self, vehicle: Vehicle, cruise_speed: float, round_corners: bool = False) -> None:
+        """`round_corners`: where the map has room; otherwise all but soft corners are turned on the spot."""
         travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
         self.committed = CommittedMotion()
         self._follower = PathFollower(vehicle, travel)
+        self._round_corners = round_corners
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self.blocked = False
         self._escape_left = 0.0
@@ -44,7 +47,7 @@ class Drive:
 
     @property
     def path(self) -> NDArray[np.float64]:
-        """The polyline (N, 2) that is being driven, in map."""
+        """The polyline (N, 2) that is being driven, in map, its corners round where they are driven round."""
         return self._path
 
     @property
@@ -52,16 +55,24 @@ class Drive:
         """How often the follower had to stop and aim anew."""
         return self._follower.restarts
 
-    def start(self, path: NDArray[np.float64], final_heading: float | None, escape: float = 0.0) -> None:
-        """Takes a new path; the rover must be at rest.
+    def start(
+        self,
+        path: NDArray[np.float64],
+        final_heading: float | None,
+        escape: float = 0.0,
+        space: FreeSpace | None = None,
+    ) -> None:
+        """Takes a new path; the rover must be at rest. `space`: the map that says where corners may be rounded.
 
         `escape`: metres at its beginning over which it leads out of ground that has become blocked around the rover.
         """
-        self._path = path
         self._escape_left = escape
         self._last = None
         self.blocked = False
-        self._follower.follow([(float(x), float(y)) for x, y in path], final_heading)
+        ground = Ground.of(space.field(), space.radius) if space is not None and self._round_corners else None
+        self._follower.follow([(float(x), float(y)) for x, y in path], final_heading, ground)
+        # What is checked while driving is what is driven.
+        self._path = np.array(self._follower.path) if ground is not None and self._follower.path else path
 
     def turn(self, pose: Pose2, heading: float) -> None:
         """Turns where it stands."""

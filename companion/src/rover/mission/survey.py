@@ -214,7 +214,7 @@ class Survey:
             return
         self._target = self.decision.target
         inside = not space.is_clear(np.vstack([self.decision.path[:1], self.decision.path[:1]]))
-        self.drive.start(self.decision.path, self._target.pose.heading, START_ESCAPE if inside else 0.0)
+        self.drive.start(self.decision.path, self._target.pose.heading, START_ESCAPE if inside else 0.0, space)
         goal = self._target.goal
         self._note(now, f"to inspect {goal.id}" if goal else f"to see {self._target.gain_m2:.2f} m² of unseen ground")
         self._enter("drive", now)

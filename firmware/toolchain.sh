@@ -1,8 +1,9 @@
-# Sourced by build.sh and no_panic.sh: `thumb_build FOLDER [CARGO OPTIONS]` builds a crate for the RP2040 in release.
+# Sourced by build.sh and no_panic.sh: `thumb_build FOLDER [CARGO OPTIONS]` builds a crate for $target in release.
 #
 # Takes the first toolchain that works: rustup's with the target installed, rustup's after installing the target, or
 # Debian's rustc-web and cargo-web, which build the core library themselves from rust-web-src.
 
+# The RP2040; the RP2350 is thumbv8m.main-none-eabihf.
 target=thumbv6m-none-eabi
 
 has_target() {
@@ -23,23 +24,35 @@ find_linker() {
     command -v rust-lld || command -v ld.lld
 }
 
-thumb_build() {
-    crate=$1
-    shift
-    if has_target || { command -v rustup >/dev/null && rustup target add "$target" && has_target; }; then
-        (cd "$crate" && cargo build --release --locked --target "$target" "$@")
+# Whose compiler builds for $target: sets `toolchain` to rustup or debian, and `linker` for the latter. Otherwise fails
+# and says in its last line what is missing.
+find_toolchain() {
+    if has_target || { command -v rustup >/dev/null && rustup target add "$target" >&2 && has_target; }; then
+        toolchain=rustup
     elif [ -x /usr/bin/cargo ] && [ -d /usr/lib/rustlib/src/rust/library ]; then
+        toolchain=debian
         linker=$(find_linker) || {
             echo "firmware: no linker: install lld (apt-get install lld)" >&2
             return 1
         }
-        (
-            export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_TARGET_THUMBV6M_NONE_EABI_LINKER="$linker"
-            cd "$crate" && /usr/bin/cargo build --release --locked -Zbuild-std=core --target "$target" "$@"
-        )
     else
         echo "firmware: no Rust for $target: run 'rustup target add $target', or on Debian" \
             "'apt-get install rustc-web cargo-web rust-web-src lld'" >&2
         return 1
+    fi
+}
+
+thumb_build() {
+    crate=$1
+    shift
+    find_toolchain || return 1
+    if [ "$toolchain" = rustup ]; then
+        (cd "$crate" && cargo build --release --locked --target "$target" "$@")
+    else
+        variable=CARGO_TARGET_$(echo "$target" | tr 'a-z.-' 'A-Z__')_LINKER
+        (
+            export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 "$variable=$linker"
+            cd "$crate" && /usr/bin/cargo build --release --locked -Zbuild-std=core --target "$target" "$@"
+        )
     fi
 }

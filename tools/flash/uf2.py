@@ -1,6 +1,7 @@
-"""Turn an ELF file for the RP2040 into the UF2 file that its boot loader takes, and report sizes.
+"""Turn an ELF file for the RP2040 or RP2350 into the UF2 file that its boot loader takes, and report sizes.
 
     python tools/flash/uf2.py rover-pico.elf rover-pico.uf2
+    python tools/flash/uf2.py --chip rp2350 rover-pico2.elf rover-pico2.uf2
 
 A UF2 file is a row of 512-byte blocks, each with a header, 256 bytes for one page of flash, and a closing word.
 """
@@ -17,10 +18,13 @@ import elf
 MAGIC = (0x0A324655, 0x9E5D5157)
 MAGIC_END = 0x0AB16F30
 FAMILY_PRESENT = 0x2000
-RP2040 = 0xE48BFF56
+FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
+"""By chip; of the RP2350 with its ARM cores in secure mode (datasheet section 5.5.3)."""
+
 PAGE = 256
 FLASH = range(0x1000_0000, 0x1100_0000)
-RAM = range(0x2000_0000, 0x2004_2000)
+RAM = range(0x2000_0000, 0x2008_2000)
+"""Of the RP2350, which has more of it."""
 
 
 def pages(segments: list[elf.Segment]) -> dict[int, bytes]:
@@ -40,11 +44,11 @@ def pages(segments: list[elf.Segment]) -> dict[int, bytes]:
     return {address: bytes(found[address]) for address in sorted(found)}
 
 
-def uf2(content: dict[int, bytes]) -> bytes:
-    """The UF2 file with these pages."""
+def uf2(content: dict[int, bytes], family: int) -> bytes:
+    """The UF2 file with these pages, for one of FAMILIES."""
     blocks = []
     for number, (address, page) in enumerate(content.items()):
-        header = struct.pack("<8I", *MAGIC, FAMILY_PRESENT, address, PAGE, number, len(content), RP2040)
+        header = struct.pack("<8I", *MAGIC, FAMILY_PRESENT, address, PAGE, number, len(content), family)
         blocks.append(header + page.ljust(476, b"\0") + struct.pack("<I", MAGIC_END))
     return b"".join(blocks)
 
@@ -69,11 +73,12 @@ def report(path: Path) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--chip", choices=FAMILIES, default="rp2040", help="default: %(default)s")
     parser.add_argument("elf", type=Path)
     parser.add_argument("uf2", type=Path)
     options = parser.parse_args()
     try:
-        options.uf2.write_bytes(uf2(pages(elf.segments(options.elf))))
+        options.uf2.write_bytes(uf2(pages(elf.segments(options.elf)), FAMILIES[options.chip]))
         print(report(options.elf))
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)

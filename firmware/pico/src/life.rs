@@ -7,6 +7,8 @@ use embassy_rp::pac;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 
+use crate::chip::WATCHDOG_STEPS_PER_US;
+
 /// A task that has stopped resets the chip after [`TIMEOUT`] and one [`CHECK`] at most: 5 cm at full speed. The reset
 /// makes every pin an input, and the bridge's pull-downs stop the motors.
 const TIMEOUT: Duration = Duration::from_millis(100);
@@ -20,10 +22,9 @@ const FLASH_WRITE_US: u32 = 800_000;
 
 /// Give the watchdog time for one write to flash. Its next feeding goes back to [`TIMEOUT`].
 pub fn allow_flash_write() {
-    // The RP2040 counts two for each microsecond (erratum E1).
-    pac::WATCHDOG
-        .load()
-        .write_value(pac::watchdog::regs::Load(2 * FLASH_WRITE_US));
+    pac::WATCHDOG.load().write_value(pac::watchdog::regs::Load(
+        WATCHDOG_STEPS_PER_US * FLASH_WRITE_US,
+    ));
 }
 
 /// What one task sets and the watchdog clears.

@@ -1,4 +1,4 @@
-//! The rover's microcontroller, an RP2040: pins and peripherals around `rover_core`, and nothing else.
+//! The rover's microcontroller, an RP2040 or RP2350: pins and peripherals around `rover_core`, and nothing else.
 //!
 //! Three levels, each preempting the next: interrupts with the edges of sonars and emergency stop, the control loop at 1 kHz
 //! (`control`), and the thread executor with CAN, USB and the watchdog. The core belongs to the control loop alone;
@@ -7,9 +7,11 @@
 #![no_std]
 #![no_main]
 
+#[cfg(feature = "rp2040")]
 mod arithmetic;
 mod battery;
 mod can;
+mod chip;
 mod control;
 mod emergency;
 mod encoders;
@@ -30,7 +32,6 @@ use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::watchdog::Watchdog;
 use rover_core::{Core, Identity};
-use rover_protocol::messages::hello_reply_board;
 use static_cell::StaticCell;
 
 /// First 32 bits of the commit, from the build script.
@@ -45,11 +46,6 @@ static CONTROL: InterruptExecutor = InterruptExecutor::new();
 #[interrupt]
 unsafe fn SWI_IRQ_0() {
     EDGES.on_interrupt()
-}
-
-#[interrupt]
-unsafe fn TIMER_IRQ_1() {
-    tick::on_interrupt()
 }
 
 #[interrupt]
@@ -70,7 +66,7 @@ async fn main(spawner: Spawner) {
     let board = pins::Board::new(embassy_rp::init(Default::default()));
     let watchdog = Watchdog::new(board.watchdog);
     let identity = Identity {
-        board: hello_reply_board::RP2040,
+        board: chip::BOARD,
         git_hash: GIT_HASH,
         reset_cause: reset::cause(&watchdog),
     };
@@ -98,9 +94,9 @@ async fn main(spawner: Spawner) {
         flash,
     };
     interrupt::SWI_IRQ_1.set_priority(Priority::P2);
-    interrupt::TIMER_IRQ_1.set_priority(Priority::P2);
+    chip::CONTROL_TICK.set_priority(Priority::P2);
     // SAFETY: its handler needs nothing that is not there yet.
-    unsafe { interrupt::TIMER_IRQ_1.enable() };
+    unsafe { chip::CONTROL_TICK.enable() };
     CONTROL
         .start(interrupt::SWI_IRQ_1)
         .spawn(once(control::run(core, hardware)));

@@ -6,17 +6,14 @@ use embassy_rp::watchdog::{ResetReason, Watchdog};
 use embassy_rp::{pac, rom_data};
 use rover_protocol::messages::hello_build_reset_cause as cause;
 
-use crate::emergency;
+use crate::{chip, emergency};
 
 /// Reset cause as `HelloBuild` reports it.
-///
-/// The RP2040 has one bit for power-on and brown-out, so both read as power-on; the RUN pin reads as unknown.
 pub fn cause(watchdog: &Watchdog) -> u8 {
     match watchdog.reset_reason() {
         Some(ResetReason::TimedOut) => cause::WATCHDOG,
         Some(ResetReason::Forced) => cause::SOFTWARE,
-        None if pac::VREG_AND_CHIP_RESET.chip_reset().read().had_por() => cause::POWER_ON,
-        None => cause::UNKNOWN,
+        None => chip::cold_reset_cause(),
     }
 }
 

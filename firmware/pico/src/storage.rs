@@ -8,12 +8,13 @@ use embassy_rp::peripherals::FLASH;
 use embassy_rp::Peri;
 use rover_core::storage::{Flash, FlashError, BLOCK};
 
-const SIZE: usize = 2 * 1024 * 1024;
-/// memory.x keeps the linker out of what follows.
-const START: u32 = (SIZE - 16 * 1024) as u32;
+use crate::chip::FLASH_SIZE;
+
+/// The linker script of the chip keeps the linker out of what follows.
+const START: u32 = (FLASH_SIZE - 16 * 1024) as u32;
 
 /// Two sectors.
-pub struct ParameterFlash(Chip<'static, FLASH, Blocking, SIZE>);
+pub struct ParameterFlash(Chip<'static, FLASH, Blocking, FLASH_SIZE>);
 
 impl ParameterFlash {
     pub fn new(flash: Peri<'static, FLASH>) -> Self {

@@ -6,9 +6,10 @@
 use core::future::poll_fn;
 use core::task::Poll;
 
-use embassy_rp::pac::TIMER;
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Instant};
+
+use crate::chip::TIMER;
 
 const ALARM: usize = 1;
 

@@ -42,10 +42,10 @@ def elf_file(segments: list[tuple[int, bytes]], bss: int = 0) -> bytes:
     )
 
 
-def convert(tmp_path: Path, content: bytes) -> tuple[subprocess.CompletedProcess[str], Path]:
+def convert(tmp_path: Path, content: bytes, *options: str) -> tuple[subprocess.CompletedProcess[str], Path]:
     source, target = tmp_path / "firmware.elf", tmp_path / "firmware.uf2"
     source.write_bytes(content)
-    return subprocess.run([sys.executable, TOOL, source, target], capture_output=True, text=True), target
+    return subprocess.run([sys.executable, TOOL, *options, source, target], capture_output=True, text=True), target
 
 
 def test_each_page_becomes_a_block_with_what_is_not_covered_erased(tmp_path: Path) -> None:
@@ -61,6 +61,15 @@ def test_each_page_becomes_a_block_with_what_is_not_covered_erased(tmp_path: Pat
         assert block[-4:] == bytes.fromhex("306fb10a")
     flash = b"".join(block[32:288] for block in blocks)
     assert flash == boot + b"\xff" * 16 + code + b"\xff" * (256 * 3 - 256 - 16 - 300)
+
+
+def test_each_chip_has_its_family(tmp_path: Path) -> None:
+    """The boot loader of one chip refuses the other's file."""
+    image = elf_file([(0x1000_0000, bytes(256))])
+    for chip, family in (("rp2040", 0xE48BFF56), ("rp2350", 0xE48BFF59)):
+        result, target = convert(tmp_path, image, "--chip", chip)
+        assert result.returncode == 0, result.stderr
+        assert struct.unpack_from("<I", target.read_bytes(), 28) == (family,)
 
 
 def test_a_segment_outside_of_flash_is_refused(tmp_path: Path) -> None:

@@ -159,6 +159,21 @@ impl Core {
         self.faults.count(fault_code::RECEIVE_OVERFLOW, 0);
     }
 
+    /// A fault that only the board can see, [`fault_code`] with its detail: counted and reported, not active.
+    pub fn note_fault(&mut self, code: u8, times: u16, detail: u32) {
+        self.faults.count_many(code, times, detail);
+    }
+
+    /// Faulty frames that the CAN controller has seen since the last time.
+    pub fn note_bus_errors(&mut self, count: u16) {
+        self.link.count_bus_errors(count);
+    }
+
+    /// A line for the companion's log.
+    pub fn log_line(&mut self, text: &'static str) {
+        self.log.line(text);
+    }
+
     /// A restart that was asked for and allowed. The board carries it out.
     pub fn take_reboot(&mut self) -> Option<Reboot> {
         self.reboot.take()

@@ -35,8 +35,13 @@ pub struct Faults {
 impl Faults {
     /// Something happened and is over: counted and reported, not active.
     pub fn count(&mut self, code: u8, detail: u32) {
+        self.count_many(code, 1, detail);
+    }
+
+    /// As [`Faults::count`], for what happened `times` times.
+    pub fn count_many(&mut self, code: u8, times: u16, detail: u32) {
         if let Some(record) = self.records.get_mut(usize::from(code)) {
-            record.count = record.count.saturating_add(1);
+            record.count = record.count.saturating_add(times);
             record.detail = detail;
             self.fresh |= bit(code);
         }

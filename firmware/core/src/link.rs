@@ -52,6 +52,8 @@ pub struct Link {
     active: Wire,
     /// Frames that came by the bus instead of the serial line.
     bus_frames: u16,
+    /// Faulty frames on the bus.
+    bus_errors: u16,
     /// Good frames that were no message for us.
     foreign: u16,
     urgent: Deque<OutgoingFrame, URGENT>,
@@ -79,6 +81,10 @@ impl Link {
 
     pub fn count_bus_frame(&mut self) {
         self.bus_frames = self.bus_frames.wrapping_add(1);
+    }
+
+    pub fn count_bus_errors(&mut self, count: u16) {
+        self.bus_errors = self.bus_errors.wrapping_add(count);
     }
 
     /// A frame of unknown identifier or wrong length.
@@ -182,7 +188,7 @@ impl Link {
     pub fn statistics(&self) -> LinkStatistics {
         LinkStatistics {
             frames: self.decoder.frames.wrapping_add(self.bus_frames),
-            checksum_errors: self.decoder.checksum_errors,
+            checksum_errors: self.decoder.checksum_errors.wrapping_add(self.bus_errors),
             malformed: self.decoder.malformed.wrapping_add(self.foreign),
             lost: self.decoder.lost,
         }

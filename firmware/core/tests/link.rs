@@ -318,3 +318,23 @@ fn a_segment_without_room_waits_for_a_slot_and_is_counted_once() {
     assert_eq!((rig.status().next_index, rig.status().rejected), (70, 0));
     assert_eq!(rig.status().executing, 69);
 }
+
+#[test]
+fn what_only_the_board_sees_is_counted_and_told() {
+    let mut rig = Rig::new();
+    rig.run_ms(100);
+    rig.core.note_fault(fault_code::TRANSMIT_OVERFLOW, 2, 7);
+    rig.core.note_bus_errors(3);
+    rig.core.log_line("no CAN controller");
+    rig.run_ms(1_100);
+    let fault: m::Fault = rig.last().unwrap();
+    assert_eq!(
+        (fault.code, fault.count),
+        (fault_code::TRANSMIT_OVERFLOW, 2)
+    );
+    assert_eq!((fault.active, fault.detail), (0, 7));
+    assert_eq!(rig.last::<m::LinkStatistics>().unwrap().checksum_errors, 3);
+    let pieces = rig.all::<m::LogText>();
+    let text: Vec<u8> = pieces.iter().flat_map(|piece| piece.text).collect();
+    assert!(text.ends_with(b"no CAN controller\0\0\0\0"));
+}

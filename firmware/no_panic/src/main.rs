@@ -54,6 +54,9 @@ extern "C" fn _start() -> ! {
         core.receive_frame(black_box(0), received, black_box(0));
         if black_box(false) {
             core.note_receive_overflow();
+            core.note_fault(black_box(0), black_box(1), black_box(0));
+            core.note_bus_errors(black_box(1));
+            core.log_line(black_box(""));
         }
         let outputs = core.tick(&black_box(Inputs {
             sonar: Some(SonarEcho {

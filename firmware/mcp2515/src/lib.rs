@@ -21,6 +21,7 @@
 
 mod acceptance;
 mod bit_timing;
+mod change;
 mod driver;
 mod frame;
 mod registers;
@@ -29,6 +30,7 @@ pub mod transmit_order;
 
 pub use acceptance::Acceptance;
 pub use bit_timing::{BitTiming, Bitrate, Crystal};
+pub use change::Change;
 pub use driver::{Configuration, Error, Mcp2515};
 pub use frame::Frame;
 pub use statistics::{BusState, Statistics};

@@ -16,6 +16,7 @@ use rover_core::Core;
 use rover_mcp2515::{Acceptance, BitTiming, BusState, Configuration, Error, Frame, Mcp2515};
 use rover_protocol::{messages, Message};
 
+use crate::can_report::{self, Reporter};
 use crate::life;
 use crate::overrun::Overrun;
 use crate::pins::{CanPins, CAN_BITRATE, CAN_CRYSTAL};
@@ -143,14 +144,22 @@ pub async fn run(pins: CanPins) {
     let mut interrupt = pins.interrupt;
     let mut started = chip.start(&mut Delay).await;
     if started == Err(Error::Absent) {
+        can_report::note_absent();
         life::CAN.retire();
         return;
     }
+    let mut reporter = Reporter::default();
     loop {
-        if started.is_ok() {
-            // It ends with a fault of the chip only.
-            let _ = serve(&mut chip, &mut interrupt).await;
+        match started {
+            Ok(()) => {
+                // It ends with a fault of the chip only.
+                let _ = serve(&mut chip, &mut interrupt, &mut reporter).await;
+                reporter.failed();
+            }
+            Err(Error::BusStuck) => reporter.stuck(),
+            Err(_) => reporter.failed(),
         }
+        reporter.watch(chip.statistics());
         rest().await;
         started = chip.start(&mut Delay).await;
     }
@@ -167,7 +176,11 @@ async fn rest() {
 }
 
 /// Both directions, until the chip fails.
-async fn serve(chip: &mut Chip, interrupt: &mut Input<'static>) -> Result<(), Error<SpiError>> {
+async fn serve(
+    chip: &mut Chip,
+    interrupt: &mut Input<'static>,
+    reporter: &mut Reporter,
+) -> Result<(), Error<SpiError>> {
     let mut held: Option<Frame> = None;
     let mut watched = Instant::now();
     loop {
@@ -194,6 +207,7 @@ async fn serve(chip: &mut Chip, interrupt: &mut Input<'static>) -> Result<(), Er
         if watched.elapsed() >= WATCH {
             watched = Instant::now();
             chip.watch().await?;
+            reporter.watch(chip.statistics());
         }
     }
 }

@@ -10,7 +10,7 @@ use rover_protocol::messages::{Hello, SCHEMA_HASH};
 use rover_protocol::Message;
 
 use crate::uart::{Uart, BYTE_US};
-use crate::{can, uart, usb};
+use crate::{can, can_report, uart, usb};
 
 /// Bytes that came in together, and when the last of them did.
 pub struct Chunk {
@@ -112,6 +112,7 @@ impl Link {
         if uart::LOST.take() | can::LOST.take() {
             core.note_receive_overflow();
         }
+        can_report::deliver(core);
         while let Ok(chunk) = uart::RECEIVED.try_receive() {
             let collector = &mut self.from_uart;
             // The last byte came at the chunk's time, the others before it, one after the other.
@@ -158,10 +159,14 @@ fn feed(
     for byte in chunk.bytes() {
         behind_us = behind_us.saturating_sub(byte_us);
         if let Some(frame) = collector.push(*byte) {
-            if let Some(hello) = hello(frame) {
+            let greeting = hello(frame);
+            if let Some(hello) = &greeting {
                 chosen |= !powered || hello.schema_hash == SCHEMA_HASH;
             }
             core.receive(frame, chunk.time_us.saturating_sub(behind_us));
+            if greeting.is_some() {
+                can_report::greet(core);
+            }
         }
     }
     chosen

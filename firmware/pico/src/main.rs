@@ -11,6 +11,7 @@
 mod arithmetic;
 mod battery;
 mod can;
+mod can_report;
 mod chip;
 mod control;
 mod emergency;

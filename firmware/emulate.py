@@ -75,6 +75,7 @@ class Board:
         self.simulator.stopped = False
         self.decoder = framing.Decoder()
         self.last: dict[str, dict[str, int]] = {}
+        self.log = bytearray()
         self.sequence = 0
         self.counter = 0
 
@@ -132,7 +133,10 @@ class Board:
     def _on_byte(self, byte: int) -> None:
         if self.decoder.push(byte):
             message = messages.BY_ID[self.decoder.identifier]
-            self.last[message.name] = message.decode(bytes(self.decoder.payload[: self.decoder.length]))
+            payload = bytes(self.decoder.payload[: self.decoder.length])
+            self.last[message.name] = message.decode(payload)
+            if message is messages.LogText:
+                self.log += payload[1:].rstrip(b"\0") + b"\n" * (payload[-1] == 0)
 
     def _sonar(self, echo: int) -> Callable[[object, object], None]:
         def on_trigger(state: object, _: object) -> None:
@@ -225,6 +229,8 @@ def main() -> None:
     board = Board()
     board.run(300)
     print(f"handshake:                      {greet(board)}")
+    board.run(500)
+    print(f"log:                            {board.log.decode().splitlines()}")
     busy(board)
     board.send(messages.Stop, reason=1)
     board.run(600)

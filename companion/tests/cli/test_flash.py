@@ -8,13 +8,14 @@ import time
 from pathlib import Path
 
 import pytest
+from rover.cli import flash
 from rover.errors import RoverError
 from rover.link import boot_drive, flashing
 from rover.link.lockstep import RigOptions, RigProcess
 from rover.mission.config import load
 
+from ..link.uf2_file import RP2350, uf2_file
 from ..link.uf2_file import boot_drive as mount
-from ..link.uf2_file import uf2_file
 
 
 @pytest.fixture
@@ -68,6 +69,19 @@ def test_a_firmware_for_another_board_is_bad_input(rover, mounts, firmware) -> N
     result = rover("flash", "--file", firmware)
     assert result.code == 2
     assert "is for RP2040, and the board" in result.err
+
+
+def test_of_what_is_built_each_board_gets_its_own(rover, mounts, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(flash, "BUILT", tmp_path)
+    monkeypatch.setattr(flashing, "_wait", lambda look, timeout: look())
+    built = {
+        "RPI-RP2": uf2_file(tmp_path / "rover-pico.uf2", 9),
+        "RP2350": uf2_file(tmp_path / "rover-pico2.uf2", 9, RP2350),
+    }
+    for board, image in built.items():
+        folder = mount(mounts / board, board)
+        assert f"writing {image.name}," in rover("flash", "--drive", folder).err
+        assert (folder / "rover.uf2").read_bytes() == image.read_bytes()
 
 
 def test_when_nothing_comes_up_the_writing_is_told_of_all_the_same(rover, mounts, firmware, monkeypatch) -> None:

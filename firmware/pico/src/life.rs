@@ -8,6 +8,7 @@ use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 
 use crate::chip::WATCHDOG_STEPS_PER_US;
+use crate::reset;
 
 /// A task that has stopped resets the chip after [`TIMEOUT`] and one [`CHECK`] at most: 5 cm at full speed. The reset
 /// makes every pin an input, and the bridge's pull-downs stop the motors.
@@ -71,6 +72,7 @@ const ALL: [&Sign; 5] = [&CONTROL, &LINK, &CAN, &SONAR, &BATTERY];
 #[task]
 pub async fn run(mut watchdog: Watchdog) {
     watchdog.pause_on_debug(true);
+    reset::own(&mut watchdog);
     watchdog.start(TIMEOUT);
     let mut ticker = Ticker::every(CHECK);
     loop {

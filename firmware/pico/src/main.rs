@@ -65,11 +65,11 @@ fn once<S>(token: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = pins::Board::new(embassy_rp::init(Default::default()));
-    let watchdog = Watchdog::new(board.watchdog);
+    let mut watchdog = Watchdog::new(board.watchdog);
     let identity = Identity {
         board: chip::BOARD,
         git_hash: GIT_HASH,
-        reset_cause: reset::cause(&watchdog),
+        reset_cause: reset::cause(&mut watchdog),
     };
 
     usb::start(board.usb, spawner);

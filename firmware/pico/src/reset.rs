@@ -8,13 +8,27 @@ use rover_protocol::messages::hello_build_reset_cause as cause;
 
 use crate::{chip, emergency};
 
+/// Scratch register of the watchdog that tells whose time-out it was; the boot ROM leaves this one alone.
+const OWNER: usize = 0;
+const OURS: u32 = 0x726f_7672;
+
 /// Reset cause as `HelloBuild` reports it.
-pub fn cause(watchdog: &Watchdog) -> u8 {
+///
+/// The boot loader starts what it has written by a time-out of the watchdog as well: that is no fault, and reads as
+/// software.
+pub fn cause(watchdog: &mut Watchdog) -> u8 {
+    let ours = watchdog.get_scratch(OWNER) == OURS;
+    watchdog.set_scratch(OWNER, 0);
     match watchdog.reset_reason() {
-        Some(ResetReason::TimedOut) => cause::WATCHDOG,
-        Some(ResetReason::Forced) => cause::SOFTWARE,
+        Some(ResetReason::TimedOut) if ours => cause::WATCHDOG,
+        Some(_) => cause::SOFTWARE,
         None => chip::cold_reset_cause(),
     }
+}
+
+/// From now on a time-out is a fault of this program.
+pub fn own(watchdog: &mut Watchdog) {
+    watchdog.set_scratch(OWNER, OURS);
 }
 
 /// Start again, as a forced reset of the watchdog, so that the next start knows.
@@ -25,6 +39,7 @@ pub fn restart() -> ! {
 
 /// Start into the boot loader, which shows itself as a USB drive.
 pub fn bootloader() -> ! {
+    pac::WATCHDOG.scratch0().write_value(0);
     rom_data::reset_to_usb_boot(0, 0);
     halt()
 }

@@ -30,7 +30,7 @@ from tools.train.records import Record, read_records
 
 THREE = (SURFACE, BURIED, BACKGROUND)
 # Candidates without a mine that a rival learns from, of one picture.
-RIVAL_GROUND = 6
+RIVAL_GROUND = 2
 
 
 @dataclass(frozen=True, eq=False)

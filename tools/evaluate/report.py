@@ -122,7 +122,7 @@ All zones together, each box judged once by a network that never saw its zone:
 ### As a detector
 
 Whole pictures up to {HIGHEST:g} m (as the index tells), one mine each; a detection counts when its middle lies in the
-box. Scores are the networks' own, not calibrated.
+box or up to 10 cm beside it (as the boxes tell 10 cm). Scores are the networks' own, not calibrated.
 
 {detector_table(network)}
 

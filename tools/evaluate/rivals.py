@@ -37,7 +37,7 @@ def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np
 def rivals(seed: int) -> dict[str, ClassifierMixin]:
     """Untrained."""
     return {
-        "plain MLP": make_pipeline(StandardScaler(), MLPClassifier((256, 128), max_iter=30, random_state=seed)),
+        "plain MLP": make_pipeline(StandardScaler(), MLPClassifier((256, 128), max_iter=15, random_state=seed)),
         "SVM": make_pipeline(StandardScaler(), PCA(60, random_state=seed), SVC(C=3.0, class_weight="balanced")),
-        "gradient boosting": HistGradientBoostingClassifier(max_iter=80, random_state=seed),
+        "gradient boosting": HistGradientBoostingClassifier(max_iter=40, random_state=seed),
     }

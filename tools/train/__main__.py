@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--start", type=Path, help="a model to go on from in place of the first stage")
     parser.add_argument("--first-epochs", type=int, default=8, help="on fields alone")
     parser.add_argument("--epochs", type=int, default=4, help="on fields and pictures together")
-    parser.add_argument("--again", type=int, default=90, help="fields that are learned from in both stages")
+    parser.add_argument("--again", type=int, default=360, help="fields that are learned from in both stages")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--drives", type=int, default=20, help="fields that are driven over for the card")
     parser.add_argument("--cache", type=Path, help="folder that keeps the vectors for another round")

@@ -12,6 +12,8 @@ from sklearn.neural_network import MLPClassifier
 HIDDEN = (256, 128)
 WEIGHT_DECAY = 0.05
 RATE, SLOWER, SLOWER_AFTER = 5e-4, 0.2, 0.6
+# The same for a network that goes on: what it knows is not to be lost.
+GENTLE_RATE = 2.5e-4
 BATCH = 512
 # Added to every standard deviation: what hardly varies may not be blown up.
 LEAST_DEVIATION = 0.02
@@ -53,7 +55,8 @@ def fit(
     scale = deviation + LEAST_DEVIATION
     classes = tuple(np.unique(labels).tolist())
     rng = np.random.default_rng([seed, 84])
-    network = MLPClassifier(HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=RATE, random_state=seed)
+    rate = RATE if start is None else GENTLE_RATE
+    network = MLPClassifier(HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=rate, random_state=seed)
     standard = np.empty(vectors.shape, np.float32)
     for begin in range(0, len(vectors), 4096):
         standard[begin : begin + 4096] = (vectors[begin : begin + 4096] - mean) / scale
@@ -64,7 +67,7 @@ def fit(
     for epoch in range(epochs):
         if epoch == round(SLOWER_AFTER * epochs):
             optimizer = network._optimizer
-            optimizer.learning_rate_init = optimizer.learning_rate = RATE * SLOWER
+            optimizer.learning_rate_init = optimizer.learning_rate = rate * SLOWER
         order = rng.permutation(len(standard))
         network.partial_fit(standard[order], labels[order], classes=classes, sample_weight=share[order])
     return Network(network.coefs_, network.intercepts_, mean, scale, classes)

@@ -159,13 +159,18 @@ impl<S: SpiDevice> Mcp2515<S> {
     /// Look after the chip, a few times a second: is it there with its configuration, how does it stand to the bus?
     /// Leaving bus-off raises no interrupt and is seen here.
     pub async fn watch(&mut self) -> Result<(), Error<S::Error>> {
-        let [cnf3, cnf2, cnf1, enabled, _, error_flags] = self.read::<6>(r::CNF3).await?;
+        let [cnf3, cnf2, cnf1, enabled, flags, error_flags] = self.read::<6>(r::CNF3).await?;
         let [status, _] = self.status().await?;
         if [cnf3, cnf2, cnf1, enabled] != self.expected() || status & r::MODE_MASK != r::NORMAL_MODE
         {
             return Err(self.lost());
         }
-        self.look(error_flags).await
+        // Faults of frames raise no interrupt of their own: on a noisy bus it would never rest.
+        if flags & r::MESSAGE_ERROR != 0 {
+            self.note_errors(flags, error_flags).await
+        } else {
+            self.look(error_flags).await
+        }
     }
 
     /// After a reset the chip is in configuration mode, and CANCTRL has a value that no floating line gives.

@@ -119,6 +119,17 @@ fn faults_of_frames_on_the_bus_are_counted_without_an_interrupt_of_their_own() {
 }
 
 #[test]
+fn faults_of_frames_are_seen_on_a_bus_without_a_single_good_one() {
+    let (chip, mut driver) = started();
+    for seen in 1..=3 {
+        chip.message_error();
+        block_on(driver.watch()).unwrap();
+        block_on(driver.watch()).unwrap();
+        assert_eq!(driver.statistics().message_errors, seen);
+    }
+}
+
+#[test]
 fn a_chip_that_was_reset_or_unplugged_is_found_and_can_be_started_again() {
     for fault in 0..3 {
         let (chip, mut driver) = started();

@@ -15,6 +15,11 @@ pub trait Field {
     /// A lower bound of the clearance that costs little.
     fn clearance_at_least(&self, p: Point) -> f64;
 
+    /// False only when the clearance of `p` is less than `radius`.
+    fn may_hold(&self, p: Point, radius: f64) -> bool {
+        self.clearance(p) >= radius
+    }
+
     /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
 

@@ -1,7 +1,10 @@
 //! A grid of blocked cells. A cell is a full square of ground: the sweep is checked against squares, not centres.
 
+use std::sync::OnceLock;
+
 use crate::field::{wall_distance, Field, TOUCH};
 use crate::geometry::{distance, point_segment_squared, Point};
+use crate::tiles::{Cells, Tiles};
 use crate::transform;
 
 /// Stands for the clearance of a map with nothing in it.
@@ -17,8 +20,10 @@ pub struct Grid {
     pub resolution: f64,
     pub origin: Point,
     pub blocked: Vec<u8>,
-    /// Distance in metres from a cell's centre to the nearest blocked square.
-    pub clearance: Vec<f32>,
+    /// Clearance near obstacles, in cells.
+    near: Tiles,
+    /// Clearance however far, in metres; only made when somebody asks for what the tiles do not know.
+    far: OnceLock<Vec<f32>>,
 }
 
 impl Grid {
@@ -29,18 +34,51 @@ impl Grid {
         resolution: f64,
         origin: Point,
     ) -> Self {
-        let mut clearance = transform::clearance(&blocked, columns, rows);
-        for value in &mut clearance {
-            *value = (*value * resolution as f32).min(FAR);
-        }
         Self {
             columns,
             rows,
             resolution,
             origin,
             blocked,
-            clearance,
+            near: Tiles::new(columns, rows),
+            far: OnceLock::new(),
         }
+    }
+
+    /// Distance in metres from every cell's centre to the nearest blocked square.
+    pub fn clearance_map(&self) -> &[f32] {
+        self.far.get_or_init(|| {
+            let mut clearance = transform::clearance(&self.blocked, self.columns, self.rows);
+            for value in &mut clearance {
+                *value = (*value * self.resolution as f32).min(FAR);
+            }
+            clearance
+        })
+    }
+
+    /// Clearance of a cell's centre in cells, as far as the tiles know it.
+    fn near(&self, column: usize, row: usize) -> f32 {
+        let cells = Cells {
+            blocked: &self.blocked,
+            columns: self.columns,
+            rows: self.rows,
+        };
+        self.near.clearance(&cells, column, row)
+    }
+
+    /// Clearance of a cell's centre in metres, exact.
+    fn exact(&self, column: usize, row: usize) -> f64 {
+        let near = self.near(column, row);
+        if near < Tiles::LIMIT {
+            f64::from(near) * self.resolution
+        } else {
+            f64::from(self.clearance_map()[row * self.columns + column])
+        }
+    }
+
+    /// True when the tiles tell what is nearer than `distance` from what is not.
+    fn tiles_suffice(&self, distance: f64) -> bool {
+        distance <= f64::from(Tiles::LIMIT - 1.0) * self.resolution
     }
 
     /// Column and row of the cell that holds `p`, clamped to the grid.
@@ -57,10 +95,14 @@ impl Grid {
         )
     }
 
-    /// The clearance of the centre of `p`'s cell, and how far `p` is from there.
-    fn cell_clearance(&self, p: Point) -> (f64, f64) {
+    /// The clearance of the centre of `p`'s cell (a lower bound where it is far), and how far `p` is from there.
+    fn cell_clearance(&self, p: Point, near: bool) -> (f64, f64) {
         let (column, row) = self.cell(p);
-        let clearance = f64::from(self.clearance[row * self.columns + column]);
+        let clearance = if near {
+            f64::from(self.near(column, row)) * self.resolution
+        } else {
+            self.exact(column, row)
+        };
         (clearance, distance(p, self.centre(column, row)))
     }
 
@@ -150,7 +192,7 @@ impl Field for Grid {
             (column + 1).min(self.columns - 1),
             (row + 1).min(self.rows - 1),
         );
-        let at = |c: usize, r: usize| f64::from(self.clearance[r * self.columns + c]);
+        let at = |c: usize, r: usize| self.exact(c, r);
         let (fu, fv) = (u - column as f64, v - row as f64);
         let wall = wall_distance(self.bounds(), p);
         let below = at(column, row) * (1.0 - fu) + at(next_column, row) * fu;
@@ -159,14 +201,25 @@ impl Field for Grid {
     }
 
     fn clearance_at_least(&self, p: Point) -> f64 {
-        let (clearance, offset) = self.cell_clearance(p);
+        let (clearance, offset) = self.cell_clearance(p, true);
         wall_distance(self.bounds(), p).min(clearance - offset)
+    }
+
+    fn may_hold(&self, p: Point, radius: f64) -> bool {
+        let (column, row) = self.cell(p);
+        let far = self.near(column, row) >= Tiles::LIMIT && self.tiles_suffice(radius);
+        if far {
+            wall_distance(self.bounds(), p) >= radius
+        } else {
+            self.clearance(p) >= radius
+        }
     }
 
     /// Steps through open ground by the clearance field (distance is 1-Lipschitz, so a step as long as the spare
     /// clearance can't reach an obstacle), and checks two cells' length at a time exactly where it is tight.
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {
         let length = distance(a, b);
+        let near = self.tiles_suffice(radius);
         let mut travelled = 0.0;
         loop {
             let fraction = if length > 0.0 {
@@ -175,7 +228,7 @@ impl Field for Grid {
                 0.0
             };
             let p = a.towards(b, fraction);
-            let (clearance, offset) = self.cell_clearance(p);
+            let (clearance, offset) = self.cell_clearance(p, near);
             // 1e-5 covers the rounding of the stored f32.
             let slack = 1e-5 * (self.resolution + clearance);
             if clearance + offset + slack < radius - TOUCH {
@@ -203,11 +256,13 @@ impl Field for Grid {
     fn lattice_spacings(&self, radius: f64) -> Vec<f64> {
         let cells = (self.columns * self.rows) as f64;
         let widest = (radius / self.resolution).floor();
-        let mut coarse = (cells / COARSE_CELLS).sqrt().floor().max(widest);
+        // Odd numbers of cells: then the lattice's points are centres of cells, whose clearance is known exactly.
+        let odd = |cells: f64| 2.0 * ((cells - 1.0) / 2.0).floor() + 1.0;
+        let mut coarse = odd((cells / COARSE_CELLS).sqrt().max(widest));
         let mut spacings = Vec::new();
-        while coarse >= 2.0 && cells > SMALL_CELLS {
+        while coarse >= 3.0 && cells > SMALL_CELLS {
             spacings.push(coarse * self.resolution);
-            coarse = (coarse / 3.0).floor();
+            coarse = odd(coarse / 3.0);
         }
         spacings.push(self.resolution);
         spacings

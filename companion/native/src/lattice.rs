@@ -11,15 +11,15 @@ pub struct Lattice {
     low: Point,
     pub spacing: f64,
     radius: f64,
-    room: Vec<u8>,
+    /// Per cell's centre: a lower bound of its clearance, once it has been looked up.
+    room: Vec<f32>,
+    /// Clearance of both ends from which on a straight and a slanting edge are clear without a look.
+    open: [f32; 2],
 }
 
-/// What is known of a cell's centre: nothing yet, the robot does not fit, it fits, or there is so much room that
-/// every edge between two such neighbours is clear.
-const UNKNOWN: u8 = 0;
-const SHUT: u8 = 1;
-const TIGHT: u8 = 2;
-const OPEN: u8 = 3;
+/// In `room`: not looked up yet, and the robot does not fit.
+const UNKNOWN: f32 = 0.0;
+const SHUT: f32 = -1.0;
 
 pub const NEIGHBOURS: [(i64, i64); 8] = [
     (1, 0),
@@ -37,6 +37,11 @@ impl Lattice {
         let (low, high) = field.bounds();
         let columns = ((high.x - low.x) / spacing).round().max(1.0) as usize;
         let rows = ((high.y - low.y) / spacing).round().max(1.0) as usize;
+        // What is at least c away from both ends of an edge of length l is at least √(c² - l²/4) away from all of it.
+        let open = |length: f64| {
+            let room = (radius * radius + 0.25 * length * length).sqrt();
+            (room + 1e-6 * (room + spacing)) as f32
+        };
         Self {
             columns,
             rows,
@@ -44,19 +49,18 @@ impl Lattice {
             spacing,
             radius,
             room: vec![UNKNOWN; columns * rows],
+            open: [open(spacing), open(std::f64::consts::SQRT_2 * spacing)],
         }
     }
 
     /// How much room there is at a cell's centre; looked up once.
-    fn room<F: Field>(&mut self, field: &F, index: usize) -> u8 {
+    fn room<F: Field>(&mut self, field: &F, index: usize) -> f32 {
         if self.room[index] == UNKNOWN {
             let p = self.point(index);
-            // No point of an edge is farther than half a diagonal from its nearer end, and clearance is 1-Lipschitz.
-            self.room[index] = if field.clearance_at_least(p) >= self.radius + 0.7072 * self.spacing
-            {
-                OPEN
-            } else if field.point_clear(p, self.radius) {
-                TIGHT
+            let least = field.clearance_at_least(p);
+            let fits = least > self.radius || field.point_clear(p, self.radius);
+            self.room[index] = if fits {
+                (least as f32).max(f32::MIN_POSITIVE)
             } else {
                 SHUT
             };
@@ -65,12 +69,19 @@ impl Lattice {
     }
 
     /// True when the robot can go straight from one cell's centre to a neighbour's.
-    pub fn edge_clear<F: Field>(&mut self, field: &F, from: usize, to: usize) -> bool {
-        match (self.room(field, from), self.room(field, to)) {
-            (SHUT, _) | (_, SHUT) => false,
-            (OPEN, OPEN) => true,
-            _ => field.segment_clear(self.point(from), self.point(to), self.radius),
+    pub fn edge_clear<F: Field>(
+        &mut self,
+        field: &F,
+        from: usize,
+        to: usize,
+        slanting: bool,
+    ) -> bool {
+        let least = self.room(field, to).min(self.room(field, from));
+        if least < 0.0 {
+            return false;
         }
+        least >= self.open[usize::from(slanting)]
+            || field.segment_clear(self.point(from), self.point(to), self.radius)
     }
 
     /// Cells around `p` that a straight edge reaches, with its length.
@@ -120,6 +131,19 @@ impl Lattice {
         self.index(column + by.0, row + by.1)
     }
 
+    /// The eight neighbours of a cell, in the order of `NEIGHBOURS`; beyond the edge there is none.
+    pub fn around(&self, index: usize) -> [Option<usize>; 8] {
+        let (column, row) = (index % self.columns, index / self.columns);
+        let inner = column > 0 && row > 0 && column + 1 < self.columns && row + 1 < self.rows;
+        NEIGHBOURS.map(|(across, up)| {
+            if inner {
+                Some((index as i64 + across + up * self.columns as i64) as usize)
+            } else {
+                self.index(column as i64 + across, row as i64 + up)
+            }
+        })
+    }
+
     /// For each goal, false when it certainly can't be reached: a flood over every cell that could hold any
     /// position of the robot at all does not get there.
     pub fn possible<F: Field>(&self, field: &F, start: Point, goals: &[Point]) -> Vec<bool> {
@@ -137,9 +161,7 @@ impl Lattice {
                     continue;
                 };
                 // Clearance is 1-Lipschitz: no point of a cell has more than its centre's plus the half diagonal.
-                if !flooded[next]
-                    && field.clearance(self.point(next)) + half_diagonal >= self.radius
-                {
+                if !flooded[next] && field.may_hold(self.point(next), self.radius - half_diagonal) {
                     flooded[next] = true;
                     pending.push(next);
                 }

@@ -22,6 +22,7 @@ mod rrt;
 mod search;
 mod shorten;
 mod star;
+mod tiles;
 mod tour;
 mod transform;
 mod tree;

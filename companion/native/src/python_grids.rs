@@ -23,7 +23,7 @@ pub fn clearance_map<'py>(
     let (cells, columns, rows) = flat(&blocked);
     require(columns > 0 && rows > 0, "the grid has no cells")?;
     let grid = Grid::new(cells, columns, rows, resolution, Point::new(0.0, 0.0));
-    reshaped(py, &grid.clearance, columns)
+    reshaped(py, grid.clearance_map(), columns)
 }
 
 /// Travel distance in metres over free cells from `start` = (column, row); infinite where there is no way.

@@ -13,6 +13,8 @@ use crate::lattice::{Lattice, NEIGHBOURS};
 const UNSEEN: u8 = 0;
 const ENTRY: u8 = 1;
 const FIRST_DIRECTION: u8 = 2;
+/// Set beside these where a goal can be entered from.
+const END: u8 = 0x80;
 
 /// Cells waiting to be looked at, with their cost when they were put in.
 struct Queue {
@@ -77,12 +79,13 @@ pub fn paths<F: Field>(
     for (goal, &p) in goals.iter().enumerate() {
         for (index, length) in lattice.links(field, p) {
             ends.entry(index).or_default().push((goal, length));
+            state[index] |= END;
         }
     }
-    let is_end: std::collections::HashSet<usize> = ends.keys().copied().collect();
     let mut best = vec![(f64::INFINITY, usize::MAX); goals.len()];
     let mut farthest = f64::INFINITY;
     let mut expanded = 0usize;
+    let spans = [lattice.spacing, std::f64::consts::SQRT_2 * lattice.spacing];
     while let Some((here_cost, index)) = queue.pop() {
         if queue.least() >= farthest {
             break;
@@ -94,7 +97,7 @@ pub fn paths<F: Field>(
         if expanded.is_multiple_of(1024) && late() {
             return vec![None; goals.len()];
         }
-        if is_end.contains(&index) {
+        if state[index] & END != 0 {
             for &(goal, length) in &ends[&index] {
                 if here_cost + length < best[goal].0 {
                     best[goal] = (here_cost + length, index);
@@ -102,21 +105,18 @@ pub fn paths<F: Field>(
             }
             farthest = best.iter().fold(0.0, |most, &(length, _)| most.max(length));
         }
-        for (direction, &by) in NEIGHBOURS.iter().enumerate() {
-            let Some(next) = lattice.step(index, by) else {
+        for (direction, next) in lattice.around(index).into_iter().enumerate() {
+            let Some(next) = next else {
                 continue;
             };
-            let span = if direction < 4 {
-                1.0
-            } else {
-                std::f64::consts::SQRT_2
-            };
-            let new = here_cost + span * lattice.spacing;
-            if (state[next] == UNSEEN || new < cost[next] - 1e-12)
-                && lattice.edge_clear(field, index, next)
+            let slanting = direction >= 4;
+            let new = here_cost + spans[usize::from(slanting)];
+            let known = state[next];
+            if (known & !END == UNSEEN || new < cost[next] - 1e-12)
+                && lattice.edge_clear(field, index, next, slanting)
             {
                 cost[next] = new;
-                state[next] = FIRST_DIRECTION + direction as u8;
+                state[next] = (known & END) | (FIRST_DIRECTION + direction as u8);
                 queue.push(new + ahead(lattice.point(next)), new, next);
             }
         }
@@ -132,8 +132,8 @@ pub fn paths<F: Field>(
 fn trace(lattice: &Lattice, state: &[u8], start: Point, end: usize, goal: Point) -> Vec<Point> {
     let mut path = vec![goal, lattice.point(end)];
     let mut at = end;
-    while state[at] != ENTRY {
-        let (across, up) = NEIGHBOURS[(state[at] - FIRST_DIRECTION) as usize];
+    while state[at] & !END != ENTRY {
+        let (across, up) = NEIGHBOURS[((state[at] & !END) - FIRST_DIRECTION) as usize];
         at = (at as i64 - across - up * lattice.columns as i64) as usize;
         path.push(lattice.point(at));
     }

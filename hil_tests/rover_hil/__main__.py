@@ -30,6 +30,9 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     command.add_argument("--data", type=Path, help="folder with landmines/: ground of real thermal pictures")
     command.add_argument("--linger", type=float, default=60.0, help="seconds to go on after a companion was lost")
     command.add_argument("--free-run", action="store_true", help="real time from the start, without a companion")
+    command.add_argument(
+        "--no-camera", dest="pictures", action="store_false", help="take no pictures: the world without vision"
+    )
     return parser.parse_args(argv)
 
 

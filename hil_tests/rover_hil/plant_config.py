@@ -16,6 +16,8 @@ from rover_hil.ground import Ground
 
 CAMERA_PERIOD_US = 120_000
 CAMERA_LATENCY_US = 60_000
+NEVER_US = 10**18
+"""Later than any end of a mission."""
 
 
 def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> dict[str, Any]:
@@ -67,10 +69,13 @@ def camera_config(camera: CameraModel) -> dict[str, Any]:
     }
 
 
-def build_plant(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> Plant:
-    """The plant of a mission; the same arguments give the same bytes."""
+def build_plant(mission: Mission, ground: Ground, camera: CameraModel, seed: int, pictures: bool = True) -> Plant:
+    """The plant of a mission; the same arguments give the same bytes. Without `pictures` its camera takes none."""
+    config = plant_config(mission, ground, camera, seed)
+    if not pictures:
+        config["camera"]["first_exposure_us"] = NEVER_US
     return Plant(
-        json.dumps(plant_config(mission, ground, camera, seed)),
+        json.dumps(config),
         np.ascontiguousarray(ground.temperature, dtype=np.float32),
         np.ascontiguousarray(ground.height, dtype=np.float32),
         np.asarray(ground.obstacles, dtype=np.float64).reshape(-1, 4),

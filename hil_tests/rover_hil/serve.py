@@ -40,6 +40,7 @@ class Options:
     linger: float = 60.0
     free_run: bool = False
     wire: str = "serial"
+    pictures: bool = True
 
 
 def check_rig(name: str) -> None:
@@ -49,8 +50,10 @@ def check_rig(name: str) -> None:
     RIGS[name].command()
 
 
-def build_rig(mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial") -> Rig:
-    """The rig of that name in that field. Raises BadInput, PreflightFailed."""
+def build_rig(
+    mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial", pictures: bool = True
+) -> Rig:
+    """The rig of that name in that field, with a camera that takes pictures or none. Raises BadInput, PreflightFailed."""
     check_rig(name)
     if wire not in WIRES:
         raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")
@@ -64,7 +67,8 @@ def build_rig(mission: Mission, ground: Ground, name: str, seed: int, wire: str 
         "period_us": CAMERA_PERIOD_US,
         "latency_us": CAMERA_LATENCY_US,
     }
-    return RIGS[name](build_plant(mission, ground, model, seed), camera, mission.rover.baud, wire)
+    plant = build_plant(mission, ground, model, seed, pictures)
+    return RIGS[name](plant, camera, mission.rover.baud, wire)
 
 
 def verdict_of(
@@ -96,7 +100,7 @@ def serve(options: Options) -> None:
     mission = load(options.mission)
     check_rig(options.rig)  # before the field, which takes a while
     ground = build(mission, options.seed, options.data)
-    rig = build_rig(mission, ground, options.rig, options.seed, options.wire)
+    rig = build_rig(mission, ground, options.rig, options.seed, options.wire, options.pictures)
 
     def finish(zones: list[dict[str, Any]], detections: list[dict[str, Any]]) -> dict[str, Any]:
         verdict = verdict_of(rig, mission, ground, zones, detections)

@@ -5,8 +5,8 @@
 
 Half of the paths lie in the open, where a corner may be cut by up to 2 to 20 cm; the other half are planned between
 circles (multi-goal RRT), where the map says how much. toppra (https://github.com/hungpham2511/toppra) gets the very
-path that was made of them, and the limits of speed, acceleration, turn rate, turn acceleration, lateral acceleration
-and clearance. It knows no limit of jerk: what this project's limits of jerk cost is inside the ratio. Turns on the spot
+path that was made of them, and the limits of speed, acceleration, turn rate, turn acceleration, lateral acceleration,
+clearance and sight. It knows no limit of jerk: what this project's limits of jerk cost is inside the ratio. Turns on the spot
 cost toppra the fastest turn with limited speed and acceleration. Limits are checked on 40 states a segment, computed
 here by exact evaluation of each segment, not by the code that the rover checks itself with.
 """
@@ -156,7 +156,7 @@ def _toppra(stretch: Stretch, limits: DrivingLimits) -> float:
             heading.append(turned + piece.angle * phi)
             slope.append(curvature)
             second.append(piece.angle / piece.length**2 * bend)
-            most.append(min(limits.travel.speed, lateral, piece.speed if not piece.angle else math.inf))
+            most.append(min(limits.travel.speed, lateral, piece.bound))
         begin, turned = grid[-1], heading[-1]
     points = np.array(grid)
 

@@ -47,7 +47,8 @@ class BlendSettings:
 class Piece:
     """A straight line (`angle` 0) or a curve of corner.py that turns by `angle` radians, left positive.
 
-    Begins at (x, y) in `heading`; `speed` is the most that it may be driven at.
+    Begins at (x, y) in `heading`; `speed` is the most that it may be driven at. `bound`: the part of it that the ground
+    says, clearance and sight, whatever the limits of the axes are.
     """
 
     x: float
@@ -56,6 +57,7 @@ class Piece:
     length: float
     angle: float
     speed: float
+    bound: float
 
     def curvature(self, s: float) -> float:
         """1/m at arc length `s` from its beginning."""
@@ -96,10 +98,11 @@ def blend_path(
     rounded = curve > 0.0
     if rounded.any():
         taken[rounded] = curve[rounded] * corner.tangent_and_cut(angles[rounded])[0]
-    line_speed = limits.travel.speed
+    bound = np.minimum(limits.travel.speed, limits.sight_speed(angles, np.maximum(curve, 1e-9)))
     if ground is not None and limits.clearance_time > 0.0 and rounded.any():
-        speed = np.minimum(speed, _clearance_at(points, legs, lengths, taken, limits, ground))
-    return _assemble(points, headings, lengths, angles, curve, taken, speed, line_speed, settings.kink, limits, ground)
+        bound = np.minimum(bound, _clearance_at(points, legs, lengths, taken, limits, ground))
+    speeds = (np.minimum(speed, bound), bound)
+    return _assemble(points, headings, lengths, angles, curve, taken, speeds, settings.kink, limits, ground)
 
 
 def _distinct(path: ArrayLike, shortest: float) -> Array:
@@ -239,8 +242,7 @@ def _assemble(
     angles: Array,
     curve: Array,
     taken: Array,
-    speed: Array,
-    line_speed: float,
+    speeds: tuple[Array, Array],
     kink: float,
     limits: DrivingLimits,
     ground: Ground | None,
@@ -256,17 +258,17 @@ def _assemble(
     stretches: list[Stretch] = []
     pieces: list[Piece] = []
     columns = (begin_x, begin_y, headings, rest, end_x, end_y)
-    turns = (np.append(curve, 0.0), np.append(angles, math.inf), np.append(speed, 0.0))
-    for x, y, heading, length, x1, y1, bend, angle, v in zip(*(c.tolist() for c in (*columns, *turns)), strict=True):
+    turns = (np.append(curve, 0.0), np.append(angles, math.inf), *(np.append(each, 0.0) for each in speeds))
+    for x, y, heading, length, x1, y1, bend, angle, v, bound in zip(*(c.tolist() for c in (*columns, *turns)), strict=True):
         if length > 1e-9:
             if bounded:
                 assert ground is not None
-                speeds = _line_speeds(np.array([x, y]), np.array([x1, y1]), length, limits, ground)
-                pieces += _line_parts(x, y, heading, length, speeds)
+                stepwise = _line_speeds(np.array([x, y]), np.array([x1, y1]), length, limits, ground)
+                pieces += _line_parts(x, y, heading, length, stepwise)
             else:
-                pieces.append(Piece(x, y, heading, length, 0.0, line_speed))
+                pieces.append(Piece(x, y, heading, length, 0.0, limits.travel.speed, limits.travel.speed))
         if bend > 0.0:
-            pieces.append(Piece(x1, y1, heading, bend, angle, v))
+            pieces.append(Piece(x1, y1, heading, bend, angle, v, bound))
         elif abs(angle) > kink:
             stretches.append(Stretch(tuple(pieces)))
             pieces = []
@@ -282,6 +284,6 @@ def _line_parts(x: float, y: float, heading: float, length: float, speeds: list[
         if number == len(speeds) or speeds[number] != speeds[begin]:
             way = begin * step
             at_x, at_y = x + way * math.cos(heading), y + way * math.sin(heading)
-            parts.append(Piece(at_x, at_y, heading, (number - begin) * step, 0.0, speeds[begin]))
+            parts.append(Piece(at_x, at_y, heading, (number - begin) * step, 0.0, speeds[begin], speeds[begin]))
             begin = number
     return parts

@@ -70,16 +70,20 @@ class DrivingLimits:
         """Fastest constant speed through corners of `angle` radians over `length` metres of curve."""
         angle = np.maximum(np.abs(angle), 1e-12)
         curvature = corner.PEAK_CURVATURE * angle / length
-        seen = np.minimum(self.sight_range, 2.0 * self.sight_angle / curvature)
         heading = self.heading
         fastest = [
             heading.speed / curvature,
             np.sqrt(self.lateral / curvature),
             length * np.sqrt(heading.acceleration / (corner.PEAK_SLOPE * angle)),
             length * np.cbrt(heading.jerk / (corner.PEAK_THIRD * angle)),
-            self.stopping_speed(seen),
+            self.sight_speed(angle, length),
         ]
         return np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
+
+    def sight_speed(self, angle: Array, length: Array) -> Array:
+        """Most speed at which the rover stops within the arc of the curve that its sonars cover."""
+        curvature = corner.PEAK_CURVATURE * np.maximum(np.abs(angle), 1e-12) / length
+        return self.stopping_speed(np.minimum(self.sight_range, 2.0 * self.sight_angle / curvature))
 
     def corner_length(self, angle: Array) -> Array:
         """The shortest curve that takes corners of `angle` radians at full speed, by all but sight."""

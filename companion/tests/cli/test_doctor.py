@@ -19,7 +19,9 @@ def checks(rover) -> dict[str, dict]:
 def test_json_lists_name_ok_and_detail(checks):
     assert all(set(check) == {"name", "ok", "detail"} and check["detail"] for check in checks.values())
     needed = {"python", "numpy", "cv2", "onnxruntime", "ruckig", "serial", "can", "mcap", "rover_native", "rover_plant"}
-    assert needed | {"model", "rover-sitl", "firmware toolchain", "serial ports", "CAN interfaces"} == set(checks)
+    assert needed | {"model", "rover-sitl", "firmware toolchain", "serial ports", "cameras", "CAN interfaces"} == set(
+        checks
+    )
     assert checks["numpy"]["ok"]
     assert "sha256" in checks["model"]["detail"]
 

@@ -1,4 +1,4 @@
-"""One thermal picture as the camera delivered it, with when it was taken and whether it may be trusted."""
+"""One thermal picture as a camera delivered it: when it was taken, what its counts mean, whether it can be trusted."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ class Frame:
     time: exposure time in seconds on the companion's clock (not the time of delivery).
     sequence: number of the frame as its source counts; a gap means frames were lost.
     ffc: the shutter was closed or the offsets were being renewed: the picture must not be used.
+    since_ffc: seconds between the last renewal of the offsets and the exposure; None where nobody knows.
+    kelvin_per_count: what one count means; None for a sensor's raw counts, which are no temperatures.
+    camera: what delivered it, as far as it says; may be empty.
     Raises BadInput when `counts` is not a 16-bit picture.
     """
 
@@ -28,6 +31,9 @@ class Frame:
     time: float
     sequence: int
     ffc: bool = False
+    since_ffc: float | None = None
+    kelvin_per_count: float | None = KELVIN_PER_COUNT
+    camera: str = ""
 
     def __post_init__(self) -> None:
         if self.counts.ndim != 2 or self.counts.dtype != np.uint16:
@@ -37,8 +43,10 @@ class Frame:
             )
 
     def kelvin(self) -> NDArray[np.float32]:
-        """Temperatures (H, W) in kelvin, for counts of kelvin × 100."""
-        return self.counts.astype(np.float32) * np.float32(KELVIN_PER_COUNT)
+        """Temperatures (H, W) in kelvin. Raises BadInput for raw counts."""
+        if self.kelvin_per_count is None:
+            raise BadInput(f"frame {self.sequence}: raw counts of {self.camera or 'its sensor'} are no temperatures")
+        return self.counts.astype(np.float32) * np.float32(self.kelvin_per_count)
 
     @property
     def size(self) -> tuple[int, int]:

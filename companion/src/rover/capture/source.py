@@ -9,13 +9,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
 from rover.capture.frame import Frame
-from rover.capture.picture import read_counts
 from rover.errors import BadInput
 
 FRAME_PERIOD = 0.12
@@ -49,38 +47,6 @@ def open_source(location: str) -> FrameSource:
     if kind not in SOURCES:
         raise BadInput(f"{location}: no frame source '{kind}'; known: {', '.join(sorted(SOURCES))}")
     return SOURCES[kind](rest)
-
-
-@register("folder")
-class FolderSource:
-    """16-bit PNG or TIFF files of a folder in the order of their names, one every `period` seconds.
-
-    Every picture must have the size of the first. Raises BadInput naming the file that does not fit.
-    """
-
-    def __init__(self, location: str, period: float = FRAME_PERIOD) -> None:
-        folder = Path(location)
-        if not folder.is_dir():
-            raise BadInput(f"{folder}: no such folder of frames")
-        self.files = sorted(
-            (f for f in folder.iterdir() if f.suffix.lower() in (".png", ".tif", ".tiff")),
-            key=lambda f: f.name,
-        )
-        if not self.files:
-            raise BadInput(f"{folder}: no PNG or TIFF frames in this folder")
-        self.period = period
-
-    def __len__(self) -> int:
-        return len(self.files)
-
-    def __iter__(self) -> Iterator[Frame]:
-        size: tuple[int, int] | None = None
-        for sequence, file in enumerate(self.files):
-            frame = Frame(read_counts(file), sequence * self.period, sequence)
-            size = size or frame.size
-            if frame.size != size:
-                raise BadInput(f"{file}: {frame.size[0]}×{frame.size[1]}, the first frame is {size[0]}×{size[1]}")
-            yield frame
 
 
 class RigFrames:

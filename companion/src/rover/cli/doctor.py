@@ -81,6 +81,7 @@ def examine(port: str | None = None, baud: int = 230_400) -> list[Check]:
     checks += [
         Check("firmware toolchain", True, _optional(_toolchain)),
         Check("serial ports", True, _optional(_ports)),
+        Check("cameras", True, _optional(_cameras)),
         Check("CAN interfaces", True, _optional(_can_interfaces)),
     ]
     if port is not None:
@@ -165,6 +166,12 @@ def _ports() -> str:
     # Linux lists a /dev/ttyS* for every UART that could be there; those without hardware have no description.
     found = [port for port in list_ports.comports() if port.hwid != "n/a"]
     return ", ".join(f"{port.device} ({port.description})" for port in sorted(found)) or "none seen"
+
+
+def _cameras() -> str:
+    from rover.capture.devices import list_cameras
+
+    return ", ".join(f"{camera.device} ({camera.name})" for camera in list_cameras()) or "none seen"
 
 
 def _can_interfaces() -> str:

@@ -1,0 +1,86 @@
+"""Frames from a folder of pictures: 16-bit PNG and TIFF, or radiometric JPEGs of FLIR and Zenmuse cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.capture.frame import KELVIN_PER_COUNT, Frame
+from rover.capture.location import Location
+from rover.capture.picture import read_counts
+from rover.capture.radiometric import read_thermogram
+from rover.capture.source import FRAME_PERIOD, register
+from rover.errors import BadInput
+
+
+@register("folder")
+class FolderSource:
+    """`folder:DIR[?fps=8.7][&unit=centikelvin|raw]`: 16-bit PNG or TIFF files in the order of their names.
+
+    Every picture must have the size of the first. Raises BadInput naming the file that does not fit.
+    """
+
+    def __init__(self, location: str) -> None:
+        parsed = Location.parse(location, ("fps", "unit"))
+        self.files = files_of(parsed.place, (".png", ".tif", ".tiff"), "PNG or TIFF")
+        self.period = 1.0 / parsed.number("fps", 1.0 / FRAME_PERIOD)
+        self._unit = parsed.unit("centikelvin")
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __iter__(self) -> Iterator[Frame]:
+        size: tuple[int, int] | None = None
+        for sequence, file in enumerate(self.files):
+            frame = Frame(read_counts(file), sequence * self.period, sequence, kelvin_per_count=self._unit)
+            size = same_size(frame, size, file)
+            yield frame
+
+
+@register("radiometric")
+class RadiometricSource:
+    """`radiometric:DIR[?fps=1]`: radiometric JPEG or FFF files by name, decoded to kelvin × 100 (0: no temperature)."""
+
+    def __init__(self, location: str) -> None:
+        parsed = Location.parse(location, ("fps",))
+        self.files = files_of(parsed.place, (".jpg", ".jpeg", ".fff"), "radiometric JPEG or FFF")
+        self.period = 1.0 / parsed.number("fps", 1.0)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def __iter__(self) -> Iterator[Frame]:
+        size: tuple[int, int] | None = None
+        for sequence, file in enumerate(self.files):
+            decoded = read_thermogram(file)
+            counts = as_centikelvin(decoded.kelvin)
+            frame = Frame(counts, sequence * self.period, sequence, camera=decoded.camera)
+            size = same_size(frame, size, file)
+            yield frame
+
+
+def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Temperatures (H, W) as kelvin × 100; nan becomes 0."""
+    counts = np.rint(np.nan_to_num(kelvin, nan=0.0) / KELVIN_PER_COUNT)
+    return np.clip(counts, 0, 65535).astype(np.uint16)
+
+
+def files_of(place: str, endings: tuple[str, ...], kind: str) -> list[Path]:
+    """The folder's files with one of these endings, by name. Raises BadInput without a folder or a file."""
+    folder = Path(place)
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: no such folder of frames")
+    files = sorted((f for f in folder.iterdir() if f.suffix.lower() in endings), key=lambda f: f.name)
+    if not files:
+        raise BadInput(f"{folder}: no {kind} frames in this folder")
+    return files
+
+
+def same_size(frame: Frame, size: tuple[int, int] | None, name: object) -> tuple[int, int]:
+    """The size of every frame so far; None: this is the first. Raises BadInput for another one."""
+    if size is not None and frame.size != size:
+        raise BadInput(f"{name}: {frame.size[0]}×{frame.size[1]}, the first frame is {size[0]}×{size[1]}")
+    return frame.size

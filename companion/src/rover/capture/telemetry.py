@@ -1,0 +1,83 @@
+"""The telemetry that a Lepton sends in rows of its picture: whether the shutter is closed, and which frame it is.
+
+Lepton Engineering Datasheet (500-0659-00-09 rev 203), section 3.4: rows A, B, C (and D, reserved, on Lepton 3) of 80
+words of 16 bits; values of 32 bits come low word first. Above or below the picture, as the camera was told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROW_WORDS = 80
+PACKETS = {160: 4, 80: 3}
+"""Telemetry packets of a frame by the picture's width: Lepton 3 (two rows of 160 words), Lepton 2 (three of 80)."""
+
+SENSOR_KELVIN = (200.0, 400.0)
+"""Where a working sensor's own temperature lies; ordinary pixels rarely pass for telemetry with this and the rest."""
+
+FFC_STATES = ("never", "imminent", "running", "complete")
+RESERVED = (17, 18, 19, 27, 28)
+"""Words of row A that are sent as zero."""
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """Row A, and TLinear from row C.
+
+    uptime, uptime_at_ffc: seconds since the camera started. ffc_state: one of FFC_STATES.
+    sensor_kelvin: temperature of the focal plane. kelvin_per_count: from TLinear; None for raw counts.
+    """
+
+    frame_counter: int
+    uptime: float
+    uptime_at_ffc: float
+    ffc_state: str
+    sensor_kelvin: float
+    kelvin_per_count: float | None
+
+    @property
+    def since_ffc(self) -> float:
+        """Seconds since the last flat-field correction."""
+        return self.uptime - self.uptime_at_ffc
+
+
+def parse_words(words: NDArray[np.uint16]) -> Telemetry | None:
+    """Telemetry from its words, 240 or 320 of them; None when they cannot be telemetry."""
+    if words.size < 3 * ROW_WORDS or words[0] == 0 or np.any(words[list(RESERVED)]):
+        return None
+
+    def double(at: int) -> int:
+        return int(words[at]) | int(words[at + 1]) << 16
+
+    sensor_kelvin = float(words[24]) / 100.0
+    uptime_ms, at_ffc_ms = double(1), double(30)
+    if not SENSOR_KELVIN[0] < sensor_kelvin < SENSOR_KELVIN[1] or at_ffc_ms > uptime_ms:
+        return None
+    linear, resolution = int(words[2 * ROW_WORDS + 48]), int(words[2 * ROW_WORDS + 49])
+    return Telemetry(
+        frame_counter=double(20),
+        uptime=uptime_ms * 1e-3,
+        uptime_at_ffc=at_ffc_ms * 1e-3,
+        ffc_state=FFC_STATES[double(3) >> 4 & 3],
+        sensor_kelvin=sensor_kelvin,
+        kelvin_per_count=(0.01 if resolution else 0.1) if linear else None,
+    )
+
+
+def split_telemetry(delivered: NDArray[np.uint16]) -> tuple[NDArray[np.uint16], Telemetry | None]:
+    """A delivered picture (H, W) as the picture alone and its telemetry; None and the whole picture without one."""
+    packets = PACKETS.get(delivered.shape[1])
+    if packets is None:
+        return delivered, None
+    rows = packets * ROW_WORDS // delivered.shape[1]
+    for telemetry_rows, picture in (
+        (delivered[-rows:], delivered[:-rows]),  # footer: the default of the camera
+        (delivered[:rows], delivered[rows:]),
+    ):
+        found = parse_words(telemetry_rows.reshape(-1))
+        if found is not None:
+            return picture, found
+    return delivered, None

@@ -1,0 +1,181 @@
+"""Logs, videos, radiometric folders and the simulator give the same type of frame; a thread keeps the latest ones."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from flir_sample import MODEL, counts_of, flir_file, jpeg_with
+from rover.capture import Frame, open_source
+from rover.capture.devices import Camera, list_cameras
+from rover.capture.latest import LatestFrames
+from rover.errors import BadInput
+from rover.record.recording import Recording
+
+
+def counts(seed: int = 0, shape: tuple[int, int] = (24, 32)) -> np.ndarray:
+    return np.random.default_rng(seed).integers(28000, 31000, shape).astype(np.uint16)
+
+
+def test_a_log_gives_back_the_frames_that_a_run_recorded(tmp_path):
+    file = tmp_path / "mission.mcap"
+    with Recording(file) as recording:
+        for number, seed in enumerate((1, 2, 2)):
+            recording.frame(0.1 * number + 0.06, Frame(counts(seed), 0.1 * number, number + 5))
+        recording.log(0.4, "info", "not a picture")
+    frames = list(open_source(f"mcap:{file}"))
+    assert [frame.time for frame in frames] == pytest.approx([0.0, 0.1, 0.2])
+    assert [frame.ffc for frame in frames] == [False, False, True]
+    np.testing.assert_array_equal(frames[1].counts, counts(2))
+    with pytest.raises(BadInput, match=r"holds foxglove\.Log"):
+        list(open_source(f"mcap:{file}?topic=/log"))
+    with pytest.raises(BadInput, match="no pictures on /other"):
+        list(open_source(f"mcap:{file}?topic=/other"))
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"\x89MCAP0\r\n" + b"\xff" * 50])
+def test_a_damaged_log_is_one_line(tmp_path, content):
+    file = tmp_path / "bad.mcap"
+    file.write_bytes(content)
+    with pytest.raises(BadInput, match=r"bad\.mcap") as caught:
+        list(open_source(f"mcap:{file}"))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_cut_log_gives_what_is_whole_or_one_line(tmp_path):
+    file = tmp_path / "mission.mcap"
+    with Recording(file) as recording:
+        for number in range(200):
+            recording.frame(0.1 * number, Frame(counts(number), 0.1 * number, number))
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) // 2])
+    frames = []
+    with pytest.raises(BadInput, match="cut"):
+        frames.extend(open_source(f"mcap:{file}"))
+
+
+def write_video(file: Path, fourcc: str, frames: list[np.ndarray], depth: int) -> None:
+    height, width = frames[0].shape
+    settings = [cv2.VIDEOWRITER_PROP_DEPTH, depth, cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
+    writer = cv2.VideoWriter(str(file), cv2.CAP_FFMPEG, cv2.VideoWriter_fourcc(*fourcc), 9.0, (width, height), settings)
+    if not writer.isOpened():
+        pytest.skip(f"this OpenCV cannot write {fourcc}")
+    for frame in frames:
+        writer.write(frame)
+    writer.release()
+
+
+def test_an_8_bit_video_gives_grey_levels_that_are_no_temperatures(tmp_path):
+    file = tmp_path / "clip.avi"
+    given = [cv2.GaussianBlur(np.random.default_rng(n).integers(0, 255, (48, 64)).astype(np.uint8), (0, 0), 5)
+             for n in range(4)]  # fmt: skip
+    write_video(file, "FFV1", given, cv2.CV_8U)
+    frames = list(open_source(f"video:{file}"))
+    assert len(frames) == 4
+    assert frames[0].size == (64, 48)
+    assert np.abs(frames[2].counts.astype(int) - given[2]).max() <= 2
+    assert frames[1].time == pytest.approx(1 / 9, abs=1e-3)
+    assert frames[0].kelvin_per_count is None
+
+
+def test_a_16_bit_video_keeps_its_16_bits(tmp_path):
+    file = tmp_path / "clip.mkv"
+    given = [counts(n, (48, 64)) for n in range(3)]
+    write_video(file, "FFV1", given, cv2.CV_16U)
+    frames = list(open_source(f"video:{file}?unit=centikelvin&fps=5"))
+    np.testing.assert_array_equal(frames[1].counts, given[1])
+    assert frames[2].time == pytest.approx(0.4)
+
+
+def test_what_is_no_video_is_one_line(tmp_path):
+    file = tmp_path / "clip.avi"
+    file.write_text("hello")
+    with pytest.raises(BadInput, match=r"clip\.avi: cannot be opened"):
+        list(open_source(f"video:{file}"))
+    with pytest.raises(BadInput, match="no such video"):
+        open_source(f"video:{tmp_path / 'none.avi'}")
+
+
+def test_a_folder_of_radiometric_pictures_comes_in_hundredths_of_kelvin(tmp_path):
+    kelvin = np.linspace(280.0, 310.0, 48 * 64).reshape(48, 64)
+    for number in range(2):
+        (tmp_path / f"IR_{number}.jpg").write_bytes(jpeg_with(flir_file(counts_of(kelvin), "png", ">")))
+    frames = list(open_source(f"radiometric:{tmp_path}?fps=2"))
+    assert [frame.time for frame in frames] == pytest.approx([0.0, 0.5])
+    assert frames[0].camera == MODEL
+    assert np.abs(frames[0].kelvin() - kelvin).max() < 0.06
+
+
+def test_the_simulator_gives_frames_that_move_and_the_same_ones_for_the_same_seed():
+    pytest.importorskip("rover_hil")
+    first, again = ([frame.counts for frame in open_source("simulator:demo?seed=3&seconds=0.7")] for _ in range(2))
+    assert len(first) >= 4
+    assert first[0].shape == (120, 160)
+    assert not np.array_equal(first[0], first[-1])
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+
+
+def test_options_of_folders_say_what_the_counts_are(tmp_path):
+    cv2.imwrite(str(tmp_path / "a.png"), counts())
+    cv2.imwrite(str(tmp_path / "b.png"), counts())
+    frames = list(open_source(f"folder:{tmp_path}?fps=4&unit=raw"))
+    assert frames[1].time == pytest.approx(0.25)
+    assert frames[0].kelvin_per_count is None
+
+
+def test_the_pipeline_never_waits_and_knows_what_it_missed():
+    release = threading.Event()
+
+    def camera():
+        for number in range(10):
+            yield Frame(counts(number), 0.1 * number, number)
+        release.wait(5.0)
+        yield Frame(counts(10), 1.0, 10)
+
+    with LatestFrames(camera(), depth=2) as latest:
+        deadline = time.monotonic() + 5.0
+        while latest.dropped < 8 and time.monotonic() < deadline:
+            time.sleep(0.002)
+        assert [frame.sequence for frame in latest.take()] == [8, 9]
+        begin = time.monotonic()
+        assert latest.take() == []
+        assert time.monotonic() - begin < 0.5
+        assert not latest.finished
+        release.set()
+        while not latest.finished and time.monotonic() < deadline:
+            time.sleep(0.002)
+            assert all(frame.sequence == 10 for frame in latest.take())
+        assert latest.dropped == 8
+
+
+def test_what_ends_a_camera_reaches_the_pipeline_after_its_last_frames():
+    def camera():
+        yield Frame(counts(), 0.0, 0)
+        raise BadInput("the camera went away")
+
+    with LatestFrames(camera()) as latest:
+        deadline = time.monotonic() + 5.0
+        taken: list[Frame] = []
+        while not taken and time.monotonic() < deadline:
+            taken += latest.take()
+            time.sleep(0.002)
+        while not latest.finished and time.monotonic() < deadline:
+            time.sleep(0.002)
+        with pytest.raises(BadInput, match="went away"):
+            latest.take()
+        assert len(taken) == 1
+
+
+def test_cameras_are_listed_as_the_kernel_names_them(tmp_path):
+    for node, name, index in (("video10", "Boson: Boson Video", 0), ("video2", "PureThermal (fw:v1.3.0)", 0),
+                              ("video3", "PureThermal (fw:v1.3.0)", 1)):  # fmt: skip
+        (tmp_path / node).mkdir()
+        (tmp_path / node / "name").write_text(name + "\n")
+        (tmp_path / node / "index").write_text(f"{index}\n")
+    assert list_cameras(tmp_path) == [Camera("/dev/video2", "PureThermal (fw:v1.3.0)"),
+                                      Camera("/dev/video10", "Boson: Boson Video")]  # fmt: skip
+    assert list_cameras(tmp_path / "none") == []

@@ -38,6 +38,11 @@ class Advance:
     now_us: int
     marks: tuple[Mark, ...]
     frames: tuple[RigFrame, ...]
+    ticks: bytes = b""
+    """Requests and replies of the firmware's ticks, 40 and 16 bytes each; empty unless they are recorded."""
+    to_firmware: bytes = b""
+    from_firmware: bytes = b""
+    """Bytes of the wire: handed to the firmware at the step's beginning, and sent by it in the step; as above."""
 
 
 class Rig(Protocol):
@@ -58,6 +63,10 @@ class Rig(Protocol):
 
     def begin_session(self) -> None:
         """A companion has come: it counts its bytes from here on."""
+        ...
+
+    def record(self) -> None:
+        """From here on `Advance` holds ticks and bytes of the wire."""
         ...
 
     def advance(self, to_us: int, host_bytes: int) -> Advance:

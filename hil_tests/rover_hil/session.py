@@ -45,12 +45,18 @@ class Session:
         match request.get("op"):
             case "hello":
                 rig.begin_session()
+                if request.get("record"):
+                    rig.record()
                 return {"now_us": rig.now_us, "rig": rig.name, "camera": rig.camera}, b""
             case "advance":
                 step = rig.advance(int(request["to_us"]), int(request["host_bytes"]))
                 frames = [self._describe(frame) for frame in step.frames]
                 header = {"now_us": step.now_us, "marks": step.marks, "frames": frames}
-                return header, b"".join(frame.counts for frame in step.frames)
+                blob = b"".join(frame.counts for frame in step.frames)
+                if step.ticks:
+                    header["recorded"] = [len(step.ticks), len(step.to_firmware), len(step.from_firmware)]
+                    blob += step.ticks + step.to_firmware + step.from_firmware
+                return header, blob
             case "inputs":
                 rig.set_emergency_stop(bool(request["emergency_stop"]))
                 return {"now_us": rig.now_us}, b""

@@ -36,6 +36,8 @@ class SitlRig:
         # Totals since the start of the rig, and what they were when the present companion came.
         self._from_host = self._to_host = 0
         self._host_base = self._firmware_base = 0
+        self._recording = False
+        self._from_firmware = bytearray()
 
     @property
     def now_us(self) -> int:
@@ -59,6 +61,12 @@ class SitlRig:
             self._plant.take_frames()
         self._host_base, self._firmware_base = self._from_host, self._to_host
 
+    def record(self) -> None:
+        """From here on `Advance` holds ticks and bytes of the wire."""
+        self._recording = True
+        self._from_firmware.clear()
+        self._plant.record_ticks()
+
     def advance(self, to_us: int, host_bytes: int) -> Advance:
         """Lock step: waits for all the bytes that the companion has written, then runs until `to_us`."""
         wanted = self._host_base + host_bytes - self._from_host
@@ -69,11 +77,18 @@ class SitlRig:
             raise RigFailed(f"{self.port}: the companion wrote {host_bytes} bytes, {wanted - len(data)} never came")
         marks = self._run(to_us, data)
         frames = tuple(RigFrame(*frame) for frame in self._plant.take_frames())
-        return Advance(self.now_us, tuple((at, total - self._firmware_base) for at, total in marks), frames)
+        shifted = tuple((at, total - self._firmware_base) for at, total in marks)
+        if not self._recording:
+            return Advance(self.now_us, shifted, frames)
+        sent = bytes(self._from_firmware)
+        self._from_firmware.clear()
+        return Advance(self.now_us, shifted, frames, self._plant.take_ticks(), data, sent)
 
     def advance_free(self, to_us: int) -> None:
         """Takes what is there, and throws away what nobody reads."""
         self._run(to_us, self._pty.read(4096))
+        self._plant.take_ticks()
+        self._from_firmware.clear()
         self._plant.take_frames()
         self._pty.drop_unread()
 
@@ -88,7 +103,10 @@ class SitlRig:
                 raise RigFailed(f"{error} at {self.now_us * 1e-6:.3f} s") from error
             sent = marks[-1][1] - self._to_host if marks else 0
             if sent > 0:
-                self._pty.write(self._process.receive(sent))
+                received = self._process.receive(sent)
+                self._pty.write(received)
+                if self._recording:
+                    self._from_firmware += received
                 self._to_host += sent
         return marks
 

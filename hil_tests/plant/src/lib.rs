@@ -103,6 +103,16 @@ impl Plant {
         self.world.detach();
     }
 
+    /// Keeps every tick's request and reply from here on, for `take_ticks`.
+    fn record_ticks(&mut self) {
+        self.world.record_ticks();
+    }
+
+    /// Requests (40 bytes) and replies (16) of the ticks since the last call, tick by tick; empty when not recorded.
+    fn take_ticks<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.world.take_ticks())
+    }
+
     /// Physics and firmware up to `until_us`; `host_bytes`: total that the host has written up to the present.
     /// Returns [(time_us, total bytes of the firmware)] where the total changed. Raises ConnectionError when
     /// rover-sitl has ended.

@@ -37,6 +37,8 @@ pub struct Actuators {
 pub struct Sitl {
     requests: File,
     replies: File,
+    /// Requests and replies as they went over the pipes, one after the other; None when nobody wants them.
+    pub log: Option<Vec<u8>>,
 }
 
 impl Sitl {
@@ -56,6 +58,7 @@ impl Sitl {
         Ok(Self {
             requests: duplicate(stdin)?,
             replies: duplicate(stdout)?,
+            log: None,
         })
     }
 
@@ -77,6 +80,10 @@ impl Sitl {
         self.requests.write_all(&request).map_err(ended)?;
         let mut reply = [0_u8; REPLY];
         self.replies.read_exact(&mut reply).map_err(ended)?;
+        if let Some(log) = &mut self.log {
+            log.extend_from_slice(&request);
+            log.extend_from_slice(&reply);
+        }
         let duty =
             |low: usize| f64::from(i16::from_le_bytes([reply[low], reply[low + 1]])) / 32_768.0;
         let mut sent = [0_u8; 8];

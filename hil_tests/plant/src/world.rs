@@ -112,6 +112,19 @@ impl World {
         };
     }
 
+    /// Begins to keep what goes to the firmware and what it answers.
+    pub fn record_ticks(&mut self) {
+        if let Some(sitl) = &mut self.sitl {
+            sitl.log = Some(Vec::new());
+        }
+    }
+
+    /// What has been kept since the last call: for each tick the request and the reply.
+    pub fn take_ticks(&mut self) -> Vec<u8> {
+        let log = self.sitl.as_mut().and_then(|sitl| sitl.log.as_mut());
+        log.map(std::mem::take).unwrap_or_default()
+    }
+
     /// Lets go of the firmware: its stdin ends once the caller has closed its own end.
     pub fn detach(&mut self) {
         self.sitl = None;

@@ -28,6 +28,10 @@ from rover.link.port import DEFAULT_BAUD, CanPort, parse_port
 from rover.link.transport import LockstepTransport, Mark
 
 HEADER = struct.Struct("<II")
+RigStep = Callable[[int, bytes, bytes, bytes], None]
+"""Takes what the rig did in one step that ends at a time in µs: the ticks (request of 40 bytes, reply of 16, for each
+millisecond), and the bytes of the wire to and from the firmware."""
+
 START_TIMEOUT = 120.0
 """Seconds for the rig to lay its field and open its port: the heat model of a large field takes its time."""
 
@@ -124,13 +128,22 @@ class LockstepRig:
     other core: what is written now leaves at the end of that step, as if the work had taken that long.
     """
 
-    def __init__(self, port: str, control: str, baud: int = DEFAULT_BAUD, pipeline: float = 0.0) -> None:
-        self.transport, self._announce = _open(port, baud, pipeline)
+    def __init__(
+        self,
+        port: str,
+        control: str,
+        baud: int = DEFAULT_BAUD,
+        pipeline: float = 0.0,
+        on_step: RigStep | None = None,
+    ) -> None:
+        """`on_step`: takes what enters and leaves the firmware, step by step."""
+        self.transport, self._announce = open_lockstep(port, baud, pipeline)
+        self._on_step = on_step
         self._pipeline_us = round(pipeline * 1e6)
         self._running_to_us: int | None = None
         self.frames = RigFrames()
         self._socket = _connect(control)
-        hello, _ = self._ask({"op": "hello"})
+        hello, _ = self._ask({"op": "hello", "record": on_step is not None})
         self.camera: dict[str, Any] = dict(hello.get("camera") or {})
         self.name = str(hello.get("rig", ""))
         self._now_us = int(hello["now_us"])
@@ -164,7 +177,18 @@ class LockstepRig:
         self._running_to_us = None
         self._now_us = int(reply["now_us"])
         self._announce([(int(at), int(total)) for at, total in reply["marks"]])
+        if self._on_step is not None:
+            pixels = self._hand_over(reply.get("recorded", (0, 0, 0)), pixels)
         self.frames.accept(reply["frames"], pixels)
+
+    def _hand_over(self, lengths: Sequence[int], blob: bytes) -> bytes:
+        """Gives the last parts of the blob to `on_step`; what is before them are the frames' pixels."""
+        assert self._on_step is not None
+        ticks, to_firmware, from_firmware = (int(length) for length in lengths)
+        pixels = len(blob) - ticks - to_firmware - from_firmware
+        first, second = pixels + ticks, pixels + ticks + to_firmware
+        self._on_step(self._now_us, blob[pixels:first], blob[first:second], blob[second:])
+        return blob[:pixels]
 
     def finish(self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
         """Ends the mission for the rig; returns what its referee saw. The rig writes its truth files."""
@@ -218,8 +242,8 @@ def rig_command(options: RigOptions, control: str) -> list[str]:
     return command
 
 
-def _open(port: str, baud: int, lead: float) -> tuple[FrameTransport, Callable[[list[Mark]], None]]:
-    """The rig's port, and what takes its marks."""
+def open_lockstep(port: str, baud: int, lead: float) -> tuple[FrameTransport, Callable[[list[Mark]], None]]:
+    """A rig's port, and what takes its marks; `lead`: seconds until what is written leaves. Raises PreflightFailed."""
     parsed = parse_port(port)
     if isinstance(parsed, CanPort):
         from rover.link.can_lockstep import LockstepCanTransport  # python-can takes a quarter of a second to import

@@ -6,6 +6,7 @@ import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
@@ -96,7 +97,11 @@ def load(path: str | Path) -> Mission:
     given = Path(path)
     shipped = SHIPPED / f"{given.name}.toml"
     file = shipped if given.suffix == "" and not os.path.exists(given) and os.path.exists(shipped) else given
-    document = read_toml(file)
+    return from_document(read_toml(file), file)
+
+
+def from_document(document: dict[str, Any], file: Path) -> Mission:
+    """The mission that a file's content describes; other files that it names lie beside `file`. Raises as `load`."""
     for name in document:
         if name not in SECTIONS:
             raise BadInput(f"{file}: [{printable(name)}]: unknown section; known are {', '.join(SECTIONS)}")

@@ -28,6 +28,15 @@ def built_in_cameras() -> list[str]:
     return sorted(file.stem for file in BUILT_IN.glob("*.toml"))
 
 
+def camera_file(name_or_path: str | Path) -> Path:
+    """The TOML file of a built-in camera's name, or the path itself. Raises BadInput when there is none."""
+    text = str(name_or_path)
+    file = BUILT_IN / f"{text}.toml" if text in built_in_cameras() else Path(text)
+    if not file.is_file():
+        raise BadInput(f"{text}: neither a camera file nor a built-in camera ({', '.join(built_in_cameras())})")
+    return file
+
+
 def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
     """The camera of that built-in name, or of that TOML file.
 
@@ -35,10 +44,7 @@ def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
 
     Raises BadInput (one line: file, key, what is expected) for anything that does not describe a camera.
     """
-    text = str(name_or_path)
-    file = BUILT_IN / f"{text}.toml" if text in built_in_cameras() else Path(text)
-    if not file.is_file():
-        raise BadInput(f"{text}: neither a camera file nor a built-in camera ({', '.join(built_in_cameras())})")
+    file = camera_file(name_or_path)
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -1,0 +1,19 @@
+"""Names of the topics of a log that its readers look for, and which of them are inputs."""
+
+from __future__ import annotations
+
+CAMERA_THERMAL = "/camera/thermal"
+CAMERA_FRAME = "/camera/frame"
+"""Number, exposure and shutter of the picture that follows it."""
+RIG_STEP = "/rig/step"
+RIG_LOST = "/rig/lost"
+OPERATOR = "/operator"
+LINK_RECEIVED = "/link/rx"
+LINK_SENT = "/link/tx"
+SEGMENTS = "/motion/segments"
+PLACES = "/detection/places"
+FIX = "/localization/fix"
+POSE = "/pose"
+
+FED = frozenset((CAMERA_THERMAL, CAMERA_FRAME, RIG_STEP, RIG_LOST, OPERATOR))
+"""Inputs that a replay takes from the log and does not compare with it."""

@@ -53,7 +53,7 @@ def check_rig(name: str) -> None:
 def build_rig(
     mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial", pictures: bool = True
 ) -> Rig:
-    """The rig of that name in that field, with a camera that takes pictures or none. Raises BadInput, PreflightFailed."""
+    """The rig of that name in that field; its camera takes `pictures` or none. Raises BadInput, PreflightFailed."""
     check_rig(name)
     if wire not in WIRES:
         raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")

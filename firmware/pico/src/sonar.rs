@@ -13,7 +13,7 @@ use crate::pins::SonarPins;
 
 /// Sensor to ping next; the core waits for each echo before it asks again.
 pub static TRIGGER: Signal<CriticalSectionRawMutex, u8> = Signal::new();
-/// The answer, one for each trigger.
+/// The answer, at most one for each trigger: from a sensor that is not there none comes.
 pub static ECHO: Signal<CriticalSectionRawMutex, SonarEcho> = Signal::new();
 
 /// The datasheet asks for at least 10 us.
@@ -22,10 +22,12 @@ const TRIGGER_PULSE: Duration = Duration::from_micros(12);
 const RISE_TIMEOUT: Duration = Duration::from_millis(3);
 /// 4 m there and back take 23.5 ms; without an obstacle the line stays high for 38 ms.
 const FALL_TIMEOUT: Duration = Duration::from_millis(25);
-/// Width of the echo pulse; 0 when there was none, or the line is stuck, or still high from the ping before.
-async fn ping(sonar: &mut SonarPins) -> u32 {
+/// Width of the echo pulse, 0 when the sensor heard nothing. None when it is the sensor itself that says nothing: its
+/// line never rises (unplugged, without supply), or is still high from the ping before (stuck). The core counts those
+/// and declares the sensor dead, where a time-out would mean that the way is free.
+async fn ping(sonar: &mut SonarPins) -> Option<u32> {
     if sonar.echo.is_high() {
-        return 0;
+        return None;
     }
     sonar.trigger.set_high();
     Timer::after(TRIGGER_PULSE).await;
@@ -34,16 +36,11 @@ async fn ping(sonar: &mut SonarPins) -> u32 {
         .await
         .is_err()
     {
-        return 0;
+        return None;
     }
     let rise = Instant::now();
-    if with_timeout(FALL_TIMEOUT, sonar.echo.wait_for_low())
-        .await
-        .is_err()
-    {
-        return 0;
-    }
-    rise.elapsed().as_micros() as u32
+    let fell = with_timeout(FALL_TIMEOUT, sonar.echo.wait_for_low()).await;
+    Some(fell.map_or(0, |()| rise.elapsed().as_micros() as u32))
 }
 
 #[task]
@@ -53,10 +50,11 @@ pub async fn run(mut sonars: [SonarPins; 3]) {
         let Ok(sensor) = with_timeout(life::IDLE, TRIGGER.wait()).await else {
             continue;
         };
-        let echo_us = match sonars.get_mut(usize::from(sensor)) {
-            Some(sonar) => ping(sonar).await,
-            None => 0,
+        let Some(sonar) = sonars.get_mut(usize::from(sensor)) else {
+            continue;
         };
-        ECHO.signal(SonarEcho { sensor, echo_us });
+        if let Some(echo_us) = ping(sonar).await {
+            ECHO.signal(SonarEcho { sensor, echo_us });
+        }
     }
 }

@@ -49,7 +49,7 @@ fn run(options: &Options) -> io::Result<()> {
         Some(path) => Some(ParameterFile::open(path).map_err(|error| named(path, &error))?),
         None => None,
     };
-    let mut core = start(options, reset_cause::POWER_ON, &mut storage);
+    let mut core = start(options, options.reset_cause, &mut storage);
     let mut wire = Wire::open(options);
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
     let mut bytes = [0; REQUEST];

@@ -3,14 +3,18 @@
 use std::os::fd::RawFd;
 use std::path::PathBuf;
 
+use rover_core::reset_cause;
+
 pub const USAGE: &str = "\
-usage: rover-sitl --serial-fd N [--wire serial|can] [--baud 230400] [--git-hash HEX] [--parameters FILE] [--statistics]
+usage: rover-sitl --serial-fd N [--wire serial|can] [--baud 230400] [--git-hash HEX] [--parameters FILE]
+                  [--reset-cause power-on|watchdog|software|brown-out|unknown] [--statistics]
 
 Runs the rover's firmware in virtual time: one 40-byte request on stdin is one millisecond, answered by one
 16-byte reply on stdout. N is an open descriptor of the companion's line (a pty's master or a socket).
 With --wire can it is the line of a serial CAN adapter (slcan, ASCII) on a bus of 500 kbit/s: O opens the channel,
 S6 is the only bit rate, and --baud counts only for the host's bytes that a request announces.
 With --parameters, saved parameters are kept in FILE, which is made if it does not exist.
+With --reset-cause the firmware says that it was started for that reason; power-on when left out.
 Ends when stdin ends; with --statistics it then says on stderr what went over the wire.";
 
 /// What the companion is connected by.
@@ -33,6 +37,8 @@ pub struct Options {
     pub statistics: bool,
     /// Where saved parameters are kept; without, a save fails.
     pub parameters: Option<PathBuf>,
+    /// Why the firmware is started, one of [`reset_cause`].
+    pub reset_cause: u8,
 }
 
 impl Options {
@@ -48,6 +54,7 @@ impl Options {
         let mut wire = WireKind::default();
         let mut parameters = None;
         let mut baud = 230_400;
+        let mut reset_cause = reset_cause::POWER_ON;
         let mut git_hash = built_hash.map_or(0, |hash| parse_hash(hash).unwrap_or(0));
         while let Some(name) = arguments.next() {
             if name == "--statistics" {
@@ -73,6 +80,7 @@ impl Options {
                 "--baud" => baud = number(1200)?,
                 "--parameters" => parameters = Some(PathBuf::from(&value)),
                 "--git-hash" => git_hash = parse_hash(&value)?,
+                "--reset-cause" => reset_cause = parse_reset_cause(&value)?,
                 _ => return Err(format!("{name} is not known")),
             }
         }
@@ -85,6 +93,7 @@ impl Options {
                 baud,
                 git_hash,
                 parameters,
+                reset_cause,
             }),
             _ => Err("--serial-fd is missing".into()),
         }
@@ -96,6 +105,19 @@ fn parse_hash(text: &str) -> Result<u32, String> {
     text.get(..8)
         .and_then(|digits| u32::from_str_radix(digits, 16).ok())
         .ok_or_else(|| format!("{text} is not a commit: at least 8 hexadecimal digits"))
+}
+
+fn parse_reset_cause(word: &str) -> Result<u8, String> {
+    match word {
+        "power-on" => Ok(reset_cause::POWER_ON),
+        "watchdog" => Ok(reset_cause::WATCHDOG),
+        "software" => Ok(reset_cause::SOFTWARE),
+        "brown-out" => Ok(reset_cause::BROWN_OUT),
+        "unknown" => Ok(reset_cause::UNKNOWN),
+        _ => Err(format!(
+            "--reset-cause: {word} is not power-on, watchdog, software, brown-out or unknown"
+        )),
+    }
 }
 
 #[cfg(test)]
@@ -117,6 +139,7 @@ mod tests {
                 baud: 230_400,
                 git_hash: 0,
                 parameters: None,
+                reset_cause: reset_cause::POWER_ON,
             })
         );
         assert!(parse("").is_err());
@@ -126,6 +149,13 @@ mod tests {
             parse("--wire can --serial-fd 5").unwrap().wire,
             WireKind::Can
         );
+    }
+
+    #[test]
+    fn a_reset_has_a_cause() {
+        let options = parse("--serial-fd 5 --reset-cause watchdog").unwrap();
+        assert_eq!(options.reset_cause, reset_cause::WATCHDOG);
+        assert!(parse("--serial-fd 5 --reset-cause lightning").is_err());
     }
 
     #[test]

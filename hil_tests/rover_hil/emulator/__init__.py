@@ -4,3 +4,8 @@ Peripherals are rp2040py's; what it gets wrong is corrected in one file each, wi
 `pl011.py` (4.2), `pwm.py` (4.5), `watchdog.py` (4.7), and in Rust (`rover_plant`) the processor with its interrupt
 controller (2.4), the SIO's divider (2.3.1.5) and the timer (4.6).
 """
+
+import signal
+
+HANG_SIGNAL = signal.SIGUSR1
+"""Sent to the process it hangs the firmware's control loop, from the next millisecond on."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from rover_hil.emulator import wiring
-from rover_hil.emulator.board import TICK_CYCLES, Board
+from rover_hil.emulator import HANG_SIGNAL, wiring
+from rover_hil.emulator.board import PHASE_US, TICK_CYCLES, Board
 from rover_hil.emulator.can_wire import CanWire
-from rover_hil.emulator.chip import Chip
+from rover_hil.emulator.chip import CYCLES_PER_US, Chip
 from rover_hil.emulator.elf import flash_segments
 from rover_hil.emulator.tick_pipe import REQUEST, Reply, Request
 from rover_hil.emulator.wire import SerialWire
+
+CONTROL_INTERRUPT = 1
+"""TIMER_IRQ_1, whose alarm is the control loop's tick (firmware/pico/src/tick.rs)."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +35,20 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
     board = Board(chip)
     wire = _wire(chip, options)
     chip.load(flash_segments(options.elf))
-    start = 0
+    hangs: list[int] = []
+    signal.signal(HANG_SIGNAL, lambda number, _: hangs.append(number))
+    # The chip is switched on with the world; its tick number n belongs to the world's millisecond number n.
+    start = PHASE_US * CYCLES_PER_US
+    chip.run_until(start)
     while len(data := requests.read(REQUEST.size)) == REQUEST.size:
         request = Request.unpack(data)
         board.apply(request, start)
         if not wire.receive(request.host_bytes_due, start):
             return
+        if hangs:
+            # The tick never comes again, so nobody feeds the watchdog; what preempts the loop goes on, as on a board.
+            hangs.clear()
+            chip.core.disable_interrupt(CONTROL_INTERRUPT)
         start += TICK_CYCLES
         chip.run_until(start)
         wire.transmit()

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any
 
 from rover_plant import Plant
 
+from rover_hil.emulator import HANG_SIGNAL
 from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.rig import Mark
 from rover_hil.sitl import EmulatorRig, SitlRig
 
-WATCHDOG_US = 102_000
+WATCHDOG_US = 114_000
 """Control loop dead to reset by the watchdog, as docs/firmware.md has measured it on the RP2040."""
 
 TICK_US = 1000
@@ -35,7 +37,6 @@ class FaultyRig(SitlRig):
         self._baud = baud
         self._wire_kind = wire
         self._outage: Outage | None = None
-        self.resets = 0
 
     def hang(self) -> None:
         """The loop stops; bridges stay as they are until the watchdog resets the board."""
@@ -73,13 +74,23 @@ class FaultyRig(SitlRig):
     def _restart(self, cause: str) -> None:
         self._plant.detach_sitl()
         self._process.close()
-        self._process = FirmwareProcess(self.command(), self._baud, self._wire_kind)
+        self._process = FirmwareProcess(self._restart_command(cause), self._baud, self._wire_kind)
         self._plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno(), self._from_host)
-        self.resets += 1
+
+    def _restart_command(self, cause: str) -> list[str]:
+        return [*self.command(), "--reset-cause", cause]
 
 
 class FaultyEmulatorRig(FaultyRig, EmulatorRig):
-    """The same around the emulated board."""
+    """The same around the emulated board, whose watchdog resets it by itself."""
+
+    def hang(self) -> None:
+        """The loop's tick does not come any more."""
+        os.kill(self.firmware_pid, HANG_SIGNAL)
+
+    def _restart_command(self, cause: str) -> list[str]:
+        # The chip sees a supply that comes back as it sees one that comes for the first time.
+        return self.command()
 
 
 FAULTY_RIGS: dict[str, type[FaultyRig]] = {"sitl": FaultyRig, "emulator": FaultyEmulatorRig}

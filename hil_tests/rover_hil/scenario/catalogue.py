@@ -164,7 +164,7 @@ FAULTS: dict[str, Fault] = {
     # The board.
     "emergency-stop-input": Fault("the red button is pressed, and released after the duration", {}),
     "firmware-hang": Fault(
-        "the firmware's loop hangs until the watchdog resets the board", {}, ("sitl",), SERIAL, lasting=False
+        "the firmware's loop hangs until the watchdog resets the board", {}, SIMULATED, SERIAL, lasting=False
     ),
     "firmware-stall": Fault(
         "the control loop misses its ticks for a while, less than the watchdog's time", {}, ("sitl",)
@@ -175,7 +175,10 @@ FAULTS: dict[str, Fault] = {
     "encoder-reversed": Fault("phases A and B of an encoder are exchanged", WHEEL),
     "encoders-swapped": Fault("the plugs of both encoders are exchanged"),
     "encoder-jump": Fault(
-        "an encoder jumps", {**WHEEL, "counts": Number("how far", -100_000, 100_000, whole=True)}, lasting=False
+        "an encoder jumps",
+        {**WHEEL, "counts": Number("how far", -100_000, 100_000, whole=True)},
+        ("sitl",),
+        lasting=False,
     ),
     "wheel-slip": Fault("a wheel slips on the ground", {**WHEEL, "share": Number("of its travel that is lost", -1, 1)}),
     "motor-stalled": Fault("a wheel is jammed", WHEEL),

@@ -23,6 +23,11 @@ pub trait Field {
     /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
 
+    /// `segment_clear` between two points of a lattice where the disc has room.
+    fn hop_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        self.segment_clear(a, b, radius)
+    }
+
     /// Spacings of the lattices that a robot of `radius` is searched a way on, coarse to fine; at least one.
     fn lattice_spacings(&self, radius: f64) -> Vec<f64>;
 

@@ -83,8 +83,8 @@ impl Grid {
 
     /// Column and row of the cell that holds `p`, clamped to the grid.
     fn cell(&self, p: Point) -> (usize, usize) {
-        let column = ((p.x - self.origin.x) / self.resolution).floor().max(0.0) as usize;
-        let row = ((p.y - self.origin.y) / self.resolution).floor().max(0.0) as usize;
+        let column = ((p.x - self.origin.x) / self.resolution).max(0.0) as usize;
+        let row = ((p.y - self.origin.y) / self.resolution).max(0.0) as usize;
         (column.min(self.columns - 1), row.min(self.rows - 1))
     }
 
@@ -206,56 +206,86 @@ impl Field for Grid {
     }
 
     fn may_hold(&self, p: Point, radius: f64) -> bool {
-        let (column, row) = self.cell(p);
-        let far = self.near(column, row) >= Tiles::LIMIT && self.tiles_suffice(radius);
-        if far {
-            wall_distance(self.bounds(), p) >= radius
-        } else {
-            self.clearance(p) >= radius
-        }
+        let (clearance, offset) = self.cell_clearance(p, self.tiles_suffice(radius));
+        wall_distance(self.bounds(), p) >= radius && clearance + offset >= radius - TOUCH
     }
 
-    /// Steps through open ground by the clearance field (distance is 1-Lipschitz, so a step as long as the spare
-    /// clearance can't reach an obstacle), and checks two cells' length at a time exactly where it is tight.
+    /// A point of the edge with clearance c vouches for all that lies beside √(c² - r²) of the edge before and after
+    /// it. The check strides from one to the next, looks at two cells' length of squares where that is too little, and
+    /// ends with the disc at `b`: what lies beyond it is beside no point of the edge.
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool {
         let length = distance(a, b);
         let near = self.tiles_suffice(radius);
+        let at = |along: f64| {
+            if along >= length {
+                b
+            } else {
+                a.towards(b, along / length)
+            }
+        };
         let mut travelled = 0.0;
         loop {
-            let fraction = if length > 0.0 {
-                travelled / length
-            } else {
-                0.0
-            };
-            let p = a.towards(b, fraction);
+            let p = at(travelled);
             let (clearance, offset) = self.cell_clearance(p, near);
             // 1e-5 covers the rounding of the stored f32.
             let slack = 1e-5 * (self.resolution + clearance);
             if clearance + offset + slack < radius - TOUCH {
                 return false;
             }
-            let spare = clearance - offset - radius - slack;
-            if spare > 0.2 * self.resolution {
-                travelled += spare;
+            let least = clearance - offset - slack;
+            let stride = (least * least - radius * radius).max(0.0).sqrt();
+            if least > radius && (stride > 0.5 * self.resolution || travelled >= length) {
+                if travelled >= length {
+                    return true;
+                }
+                travelled = (travelled + stride).min(length);
             } else {
-                let chunk = (travelled + 2.0 * self.resolution).min(length);
-                let end = if length > 0.0 { chunk / length } else { 0.0 };
-                if !self.squares_clear(p, a.towards(b, end), radius) {
+                let end = (travelled + 2.0 * self.resolution).min(length);
+                if !self.squares_clear(p, at(end), radius) {
                     return false;
                 }
-                travelled += 2.0 * self.resolution;
+                if end >= length {
+                    return true;
+                }
+                travelled = end;
             }
-            if travelled >= length {
+        }
+    }
+
+    /// A hop along a row, a column or a diagonal leads from one cell's centre to the next: where all of them have room
+    /// for the disc and for half a cell's way besides, no square needs a look.
+    fn hop_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        let ((column, row), (to_column, to_row)) = (self.cell(a), self.cell(b));
+        let (across, up) = (to_column as i64 - column as i64, to_row as i64 - row as i64);
+        let cells = across.abs().max(up.abs());
+        let even = |by: i64| by == 0 || by.abs() == cells;
+        let centred = |p: Point, c: usize, r: usize| distance(p, self.centre(c, r));
+        let off = centred(a, column, row) + centred(b, to_column, to_row);
+        if even(across) && even(up) && off < 1e-6 * self.resolution && self.tiles_suffice(radius) {
+            let slanting = across != 0 && up != 0;
+            let fits = radius / self.resolution;
+            let roomy = (fits * fits + if slanting { 0.5 } else { 0.25 }).sqrt() + 1e-4;
+            let mut sure = true;
+            for step in 0..=cells {
+                let at = |from: usize, sign: i64| (from as i64 + step * sign) as usize;
+                let near = self.near(at(column, across.signum()), at(row, up.signum()));
+                if f64::from(near) < fits - 1e-4 {
+                    return false;
+                }
+                sure &= f64::from(near) >= roomy;
+            }
+            if sure {
                 return true;
             }
         }
+        self.segment_clear(a, b, radius)
     }
 
     /// A large map is first searched with fewer cells, and any map in steps of the robot's radius: ways through open
     /// ground seldom need them all.
     fn lattice_spacings(&self, radius: f64) -> Vec<f64> {
         let cells = (self.columns * self.rows) as f64;
-        let widest = (radius / self.resolution).floor();
+        let widest = (1.01 * radius / self.resolution).floor();
         // Odd numbers of cells: then the lattice's points are centres of cells, whose clearance is known exactly.
         let odd = |cells: f64| 2.0 * ((cells - 1.0) / 2.0).floor() + 1.0;
         let mut coarse = odd((cells / COARSE_CELLS).sqrt().max(widest));

@@ -81,7 +81,7 @@ impl Lattice {
             return false;
         }
         least >= self.open[usize::from(slanting)]
-            || field.segment_clear(self.point(from), self.point(to), self.radius)
+            || field.hop_clear(self.point(from), self.point(to), self.radius)
     }
 
     /// Cells around `p` that a straight edge reaches, with its length.
@@ -126,11 +126,6 @@ impl Lattice {
             .then(|| row as usize * self.columns + column as usize)
     }
 
-    pub fn step(&self, index: usize, by: (i64, i64)) -> Option<usize> {
-        let (column, row) = ((index % self.columns) as i64, (index / self.columns) as i64);
-        self.index(column + by.0, row + by.1)
-    }
-
     /// The eight neighbours of a cell, in the order of `NEIGHBOURS`; beyond the edge there is none.
     pub fn around(&self, index: usize) -> [Option<usize>; 8] {
         let (column, row) = (index % self.columns, index / self.columns);
@@ -144,59 +139,63 @@ impl Lattice {
         })
     }
 
-    /// For each goal, false when it certainly can't be reached: a flood over every cell that could hold any
-    /// position of the robot at all does not get there.
-    pub fn possible<F: Field>(&self, field: &F, start: Point, goals: &[Point]) -> Vec<bool> {
-        let half_diagonal = 0.7072 * self.spacing;
+    /// False when `goal` certainly can't be reached: a flood from there over every cell that could hold any position
+    /// of the robot at all ends without the start. True when it gets there, or has not ended after `most` cells.
+    pub fn possible<F: Field>(&self, field: &F, start: Point, goal: Point, most: usize) -> bool {
+        let of = |p: Point| {
+            let (column, row) = self.cell(p);
+            self.index(column, row)
+        };
+        let (Some(start), Some(goal)) = (of(start), of(goal)) else {
+            return false;
+        };
+        // Clearance is 1-Lipschitz: no point of a cell has more than its centre's plus the half diagonal.
+        let least = self.radius - 0.7072 * self.spacing;
         let mut flooded = vec![false; self.size()];
-        let (column, row) = self.cell(start);
-        let mut pending = Vec::new();
-        pending.extend(self.index(column, row));
-        for &index in &pending {
-            flooded[index] = true;
-        }
+        let mut pending = vec![goal];
+        let mut count = 0usize;
+        flooded[goal] = true;
         while let Some(at) = pending.pop() {
-            for by in NEIGHBOURS {
-                let Some(next) = self.step(at, by) else {
-                    continue;
-                };
-                // Clearance is 1-Lipschitz: no point of a cell has more than its centre's plus the half diagonal.
-                if !flooded[next] && field.may_hold(self.point(next), self.radius - half_diagonal) {
+            count += 1;
+            if at == start || count > most {
+                return true;
+            }
+            for next in self.around(at).into_iter().flatten() {
+                if !flooded[next] && field.may_hold(self.point(next), least) {
                     flooded[next] = true;
                     pending.push(next);
                 }
             }
         }
-        goals
-            .iter()
-            .map(|&goal| {
-                let (column, row) = self.cell(goal);
-                self.index(column, row).is_some_and(|index| flooded[index])
-            })
-            .collect()
+        false
     }
 }
 
+/// Cells of a pocket that is looked for before the finest search.
+const POCKET: usize = 20_000;
+
 /// What the lattices know about the way to each goal: `Err(true)` stands for none found though it may exist, and
 /// `Err(false)` for proof that there is none. Coarse lattices first; only the finest one's flood proves anything.
+/// The coarsest comes along for further searches.
 pub fn ways<F: Field>(
     field: &F,
     start: Point,
     goals: &[Point],
     radius: f64,
-) -> Vec<Result<Vec<Point>, bool>> {
+) -> (Vec<Result<Vec<Point>, bool>>, Option<Lattice>) {
+    let mut coarsest = None;
     let mut found: Vec<Result<Vec<Point>, bool>> = vec![Err(true); goals.len()];
     let spacings = field.lattice_spacings(radius);
     for (level, &spacing) in spacings.iter().enumerate() {
         let mut lattice = Lattice::new(field, spacing, radius);
         let mut open: Vec<usize> = (0..goals.len()).filter(|&g| found[g].is_err()).collect();
-        if level + 1 == spacings.len() && !open.is_empty() {
-            let asked: Vec<Point> = open.iter().map(|&g| goals[g]).collect();
-            let possible = lattice.possible(field, start, &asked);
-            for (&goal, possible) in open.iter().zip(possible) {
+        let finest = level + 1 == spacings.len();
+        if finest {
+            open.retain(|&goal| {
+                let possible = lattice.possible(field, start, goals[goal], POCKET);
                 found[goal] = Err(possible);
-            }
-            open.retain(|&goal| found[goal] == Err(true));
+                possible
+            });
         }
         if open.is_empty() {
             continue;
@@ -208,8 +207,11 @@ pub fn ways<F: Field>(
         {
             if let Some(way) = way {
                 found[goal] = Ok(way);
+            } else if finest {
+                found[goal] = Err(lattice.possible(field, start, goals[goal], usize::MAX));
             }
         }
+        coarsest.get_or_insert(lattice);
     }
-    found
+    (found, coarsest)
 }

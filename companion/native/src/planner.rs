@@ -121,7 +121,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         .iter()
         .map(|&goal| field.point_clear(goal, request.radius))
         .collect();
-    let stops = if request.algorithm == Algorithm::MultiGoal {
+    let mut stops = if request.algorithm == Algorithm::MultiGoal {
         one_tree(
             field,
             request,
@@ -153,7 +153,12 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         random: &mut random,
         budget: &mut budget,
     };
-    let mut tour = search.tour(&stops, &request.goals, request.any_order, &mut memory.legs);
+    let mut tour = search.tour(
+        &mut stops,
+        &request.goals,
+        request.any_order,
+        &mut memory.legs,
+    );
     if !tour.legs.is_empty() {
         outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);
         if !unlimited {
@@ -223,12 +228,12 @@ fn one_tree<F: Field>(
             .collect()
     };
     let open = missing(&ways, &wanted);
+    let mut coarse = None;
     if !open.is_empty() {
         let asked: Vec<Point> = open.iter().map(|&goal| goals[goal]).collect();
-        for (goal, known) in
-            open.into_iter()
-                .zip(lattice::ways(field, start, &asked, growth.radius))
-        {
+        let (known, lattice) = lattice::ways(field, start, &asked, growth.radius);
+        coarse = lattice;
+        for (goal, known) in open.into_iter().zip(known) {
             match known {
                 Ok(way) => ways[goal] = Some(way),
                 Err(possible) => wanted[goal] = possible,
@@ -253,6 +258,7 @@ fn one_tree<F: Field>(
         ways: ways.into_iter().flatten().collect(),
         nodes: grown.tree.points.len(),
         grown: Some(grown),
+        lattice: coarse,
     }
 }
 
@@ -286,6 +292,7 @@ fn staged<F: Field>(
         ways: Vec::new(),
         nodes: 0,
         grown: None,
+        lattice: None,
     };
     let mut at = start;
     for goal in sequence {
@@ -332,7 +339,7 @@ fn single<F: Field>(
             return (path, nodes);
         }
         if known.is_none() {
-            known = lattice::ways(field, start, &goals, growth.radius).pop();
+            known = lattice::ways(field, start, &goals, growth.radius).0.pop();
             if known == Some(Err(false)) {
                 break;
             }

@@ -25,6 +25,8 @@ pub struct Stops {
     pub ways: Vec<Vec<Point>>,
     /// The one tree; none when the search was staged.
     pub grown: Option<Grown>,
+    /// A coarse lattice, if one was searched: the ground is such that trees have a hard time.
+    pub lattice: Option<Lattice>,
     pub nodes: usize,
 }
 
@@ -45,8 +47,6 @@ pub struct Tour {
 
 /// Tree extensions that a leg of its own may take.
 const LEG_TRIES: u64 = 400;
-/// Vertices up to which a way is pulled taut only to know its length.
-const SHORT_WAY: usize = 64;
 
 /// Everything that the search for shorter legs needs.
 pub struct Search<'a, F: Field> {
@@ -75,6 +75,24 @@ impl<F: Field> Search<'_, F> {
         shorten::cost(path, self.shortening.corner_cost)
     }
 
+    /// A leg from scratch: the lattice's way, or the shorter of `raw` and a fresh one; and how many nodes were made.
+    fn fresh_leg(
+        &mut self,
+        lattice: &mut Option<Lattice>,
+        raw: impl FnOnce() -> Vec<Point>,
+        (from, to): (Point, Point),
+    ) -> (Vec<Point>, usize) {
+        let found = lattice.as_mut().and_then(|lattice| {
+            let mut found = search::paths(lattice, self.field, from, &[to], || false);
+            found.pop().flatten()
+        });
+        if let Some(mut path) = found {
+            shorten::settle(self.field, &mut path, self.shortening, 3);
+            return (path, 0);
+        }
+        self.better_of(raw())
+    }
+
     /// The shorter of `path`, made taut, and a fresh one.
     fn better_of(&mut self, mut path: Vec<Point>) -> (Vec<Point>, usize) {
         shorten::settle(self.field, &mut path, self.shortening, 3);
@@ -93,7 +111,7 @@ impl<F: Field> Search<'_, F> {
     /// `kept` are legs of a plan before; they are mended where the map has changed, and take up what is found.
     pub fn tour(
         &mut self,
-        stops: &Stops,
+        stops: &mut Stops,
         goals: &[Point],
         any_order: bool,
         kept: &mut BTreeMap<(Name, Name), Vec<Point>>,
@@ -107,6 +125,8 @@ impl<F: Field> Search<'_, F> {
             first,
         };
         tour.stops.extend(stops.visits.iter().map(|&v| goals[v]));
+        let mut lattice = stops.lattice.take();
+        let stops = &*stops;
         let Some(grown) = &stops.grown else {
             for (&goal, way) in stops.visits.iter().zip(&stops.ways) {
                 let mut path = way.clone();
@@ -129,11 +149,8 @@ impl<F: Field> Search<'_, F> {
                 let path = if let Some(path) = mended {
                     path
                 } else {
-                    let raw = raw_leg(stops, grown, from, to);
-                    if raw.len() > SHORT_WAY {
-                        return path_length(&raw);
-                    }
-                    let (path, nodes) = self.better_of(raw);
+                    let raw = || raw_leg(stops, grown, from, to);
+                    let (path, nodes) = self.fresh_leg(&mut lattice, raw, ends);
                     tour.nodes += nodes;
                     path
                 };
@@ -155,7 +172,9 @@ impl<F: Field> Search<'_, F> {
                     mended(self.field, &mut bridges, &old, ends, self.shortening)
                 })
                 .unwrap_or_else(|| {
-                    let (path, nodes) = self.better_of(raw_leg(stops, grown, from, to));
+                    let raw = || raw_leg(stops, grown, from, to);
+                    let ends = (points[from], points[to]);
+                    let (path, nodes) = self.fresh_leg(&mut lattice, raw, ends);
                     tour.nodes += nodes;
                     path
                 });

@@ -63,11 +63,11 @@ class Driven:
     """
 
     def __init__(self, trajectory: Trajectory) -> None:
-        numbers = np.array(
-            [(s.duration_us, s.jerk_travel, s.jerk_heading, s.rest) for s in trajectory.segments], dtype=np.float64
-        ).reshape(-1, 4)
-        t, jerk, turn_jerk = (numbers[:, :3] * 1e-6).T
-        rest = numbers[:, 3] > 0.0
+        segments = trajectory.segments
+        t = 1e-6 * np.array([segment.duration_us for segment in segments], dtype=np.float64)
+        jerk = 1e-6 * np.array([segment.jerk_travel for segment in segments], dtype=np.float64)
+        turn_jerk = 1e-6 * np.array([segment.jerk_heading for segment in segments], dtype=np.float64)
+        rest = np.array([segment.rest for segment in segments], dtype=np.bool_)
         v0, a0, way = _axis(t, jerk, rest)
         w0, b0, turned = _axis(t, turn_jerk, rest)
         self.extrema = _extrema(t, (v0, a0, jerk), (w0, b0, turn_jerk))
@@ -122,8 +122,7 @@ def _axis(t: Array, jerk: Array, rest: NDArray[np.bool_]) -> tuple[Array, Array,
 
 def _most_speed(t: Array, v0: Array, a0: Array, jerk: Array) -> Array:
     """Largest magnitude of the speed in each segment: at its ends, or where the acceleration passes zero."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turning = np.clip(np.nan_to_num(-a0 / jerk, nan=0.0, posinf=0.0, neginf=0.0), 0.0, t)
+    turning = np.clip(np.divide(-a0, jerk, out=np.zeros_like(t), where=jerk != 0.0), 0.0, t)
     values = [np.abs(v0 + at * (a0 + 0.5 * at * jerk)) for at in (np.zeros_like(t), turning, t)]
     result: Array = np.max(values, axis=0) if len(t) else np.zeros(0)
     return result

@@ -36,11 +36,40 @@ def run(segments: list[Segment]) -> list[Segment]:
 
 
 def whole_microseconds(profile: Profile) -> list[tuple[int, int]]:
-    """One axis alone: (duration in µs, jerk in millionths of the SI unit), each long enough for a segment."""
-    pieces = _snapped(profile.pieces)
-    if all(end - begin >= DURATION_MIN_US for begin, end, _ in pieces):
-        return [(end - begin, round(jerk * 1e6)) for begin, end, jerk in pieces]
-    return [(segment.duration_us, segment.jerk_travel) for segment in merge(profile, None)]
+    """One axis alone: (duration in µs, jerk in millionths of the SI unit), each long enough for a segment.
+
+    A piece that is too short takes from the next, or from the last before it, what makes it 1 ms, with their mean jerk.
+    """
+    found: list[tuple[int, int]] = []
+    waiting, impulse = 0, 0.0
+    for begin, end, jerk in _snapped(profile.pieces):
+        length = end - begin
+        if waiting:
+            taken = min(DURATION_MIN_US - waiting, length)
+            waiting += taken
+            impulse += jerk * taken
+            length -= taken
+            if waiting < DURATION_MIN_US:
+                continue
+            found.append((waiting, round(impulse / waiting * 1e6)))
+            waiting, impulse = 0, 0.0
+        if length >= DURATION_MIN_US:
+            found.append((length, round(jerk * 1e6)))
+        elif length > 0:
+            waiting, impulse = length, jerk * length
+    if not waiting:
+        return found
+    if not found:
+        return [(DURATION_MIN_US, round(impulse / DURATION_MIN_US * 1e6))]
+    length, last = found.pop()
+    missing = DURATION_MIN_US - waiting
+    if length - missing < DURATION_MIN_US:
+        return [*found, (length + waiting, round((last * length + impulse * 1e6) / (length + waiting)))]
+    return [
+        *found,
+        (length - missing, last),
+        (DURATION_MIN_US, round((impulse * 1e6 + last * missing) / DURATION_MIN_US)),
+    ]
 
 
 def _snapped(pieces: tuple[tuple[float, float], ...]) -> Pieces:

@@ -38,8 +38,8 @@ def node_speeds(pieces: Sequence[Piece], limits: Limits, start: float = 0.0, end
     count = len(pieces)
     speeds = [start] * (count + 1)
     for number in range(1, count):
-        speeds[number] = min(pieces[number - 1].speed, pieces[number].speed)
-    speeds[count] = min(end, pieces[-1].speed) if count else end
+        speeds[number] = min(pieces[number - 1].speed, pieces[number].speed, limits.speed)
+    speeds[count] = min(end, pieces[-1].speed, limits.speed) if count else end
     for number in range(count - 1, -1, -1):
         speeds[number] = min(speeds[number], _reach(pieces[number], speeds[number + 1], speeds[number], limits))
     for number in range(count):

@@ -75,8 +75,8 @@ class _Row:
         t = corner.PARTS * part_us * 1e-6
         self.travel += t * (self.speed + t * self.acceleration / 2.0)
         self.speed += t * self.acceleration
-        up, level, down = ((part_us, 0, jerk, False, False) for jerk in (jerk_heading, 0, -jerk_heading))
-        self.numbers += (up, down, level, down, up)
+        up, down = (part_us, 0, jerk_heading, False, False), (part_us, 0, -jerk_heading, False, False)
+        self.numbers += (up, down, (part_us, 0, 0, False, False), down, up)
 
     def rest(self) -> None:
         """What was added last ends at rest; what comes next begins a run."""
@@ -108,7 +108,7 @@ def plan_segments(
     except MotionError as error:
         failure = str(error)
         _stop(row, limits)
-    return Trajectory([Segment(*each) for each in row.numbers], first.x, first.y, heading, starts, failure)
+    return Trajectory(Segment.rows(row.numbers), first.x, first.y, heading, starts, failure)
 
 
 def _stop(row: _Row, limits: DrivingLimits) -> None:

@@ -47,3 +47,13 @@ def read_counts(path: Path | str) -> NDArray[np.uint16]:
     if image.dtype != np.uint16:
         raise BadInput(f"{path}: 8-bit picture; thermal frames are 16 bits (kelvin × 100)")
     return image
+
+
+def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    """Writes (H, W) of 8 or 16 bits; the name's ending says how. Raises BadInput when that cannot be done."""
+    try:
+        done = cv2.imwrite(str(path), picture)
+    except cv2.error:
+        done = False
+    if not done:
+        raise BadInput(f"{path}: cannot be written; a name ending in .png or .tiff in an existing folder is expected")

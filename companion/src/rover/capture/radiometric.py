@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture import exif, flir_file, jpeg_segments
 from rover.capture.frame import KELVIN_PER_COUNT
-from rover.capture.picture import read_picture
+from rover.capture.picture import read_picture, write_picture
 from rover.errors import BadInput
 
 PLAUSIBLE_KELVIN = (123.0, 2500.0)
@@ -53,12 +52,7 @@ def read_thermogram(path: Path | str) -> Thermogram:
 def write_counts(path: Path, kelvin: NDArray[np.float32]) -> None:
     """Writes a 16-bit TIFF of kelvin × 100, 0 where there is no temperature. Raises BadInput when it cannot."""
     counts = np.nan_to_num(np.rint(kelvin / KELVIN_PER_COUNT), nan=0.0)
-    try:
-        done = cv2.imwrite(str(path), np.clip(counts, 0, 65535).astype(np.uint16))
-    except cv2.error:
-        done = False
-    if not done:
-        raise BadInput(f"{path}: cannot be written; the name must end in .tiff or .tif, its folder must exist")
+    write_picture(path, np.clip(counts, 0, 65535).astype(np.uint16))
 
 
 def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:

@@ -13,7 +13,22 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import decode, detect, doctor, flash, hil, link, plan, register, run, status, track, trajectory
+from rover.cli import (
+    decode,
+    detect,
+    doctor,
+    flash,
+    hil,
+    link,
+    plan,
+    register,
+    replay,
+    run,
+    status,
+    stitch,
+    track,
+    trajectory,
+)
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -70,9 +85,11 @@ def _options(
 
 for _name, _module, _brief in (
     ("run", run, "A mission, start to report."),
+    ("replay", replay, "A recorded stream back into a rig, compared."),
     ("plan", plan, "A path through goals on a map."),
     ("trajectory", trajectory, "A path to constant-jerk segments."),
     ("register", register, "Where one picture lies in another."),
+    ("stitch", stitch, "Many pictures into one mosaic."),
     ("track", track, "A folder of frames to camera poses."),
     ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),

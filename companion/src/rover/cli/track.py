@@ -48,9 +48,7 @@ def command(
     files = picture_files(folder)
     pictures = [read_picture(file) for file in files]
     for file, picture in zip(files, pictures, strict=True):
-        if picture.shape != (model.height, model.width):
-            size = f"{picture.shape[1]}×{picture.shape[0]}"
-            raise BadInput(f"{file}: {size} pixels, the camera {model.name} has {model.width}×{model.height}")
+        model.check_size(picture.shape, str(file))
     begin = time.perf_counter()
     with progress("frames") as advance:
         poses = track_sequence(pictures, model, SequenceSettings(), advance)

@@ -11,9 +11,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from rover.errors import BadInput
 
 Points = NDArray[np.float64]
 
@@ -150,6 +154,22 @@ class CameraModel:
         down = -rays[:, 2]
         reach = self.z / np.where(down > MIN_DEPRESSION_SINE, down, np.nan)
         return rays[:, :2] * reach[:, None] + (self.x, self.y)
+
+    def check_size(self, shape: tuple[int, ...], name: str) -> None:
+        """Raises BadInput naming the picture `name` whose shape (H, W) is not this camera's."""
+        if shape != (self.height, self.width):
+            size = f"{shape[1]}×{shape[0]}"
+            raise BadInput(f"{name}: {size} pixels, the camera {self.name} has {self.width}×{self.height}")
+
+    def undistort(self, picture: NDArray[Any]) -> NDArray[Any]:
+        """The picture (H, W) as a lens without distortion would have shown it; its edge is drawn out where it must."""
+        if not any(self.distortion):
+            return picture
+        v, u = np.mgrid[0 : self.height, 0 : self.width]
+        plain = np.column_stack(((u.ravel() - self.cx - self.skew * (v.ravel() - self.cy) / self.fy) / self.fx,
+                                 (v.ravel() - self.cy) / self.fy))  # fmt: skip
+        source = self.normalized_to_pixel(plain).reshape(self.height, self.width, 2).astype(np.float32)
+        return cv2.remap(picture, source, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
     @cached_property
     def ground_lookup(self) -> NDArray[np.float32]:

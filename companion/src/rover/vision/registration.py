@@ -1,7 +1,8 @@
 """Registering two pictures (section 3.1 of the paper): ORB, matching, DBSCAN, RANSAC homography, equation 6.
 
 It refuses rather than being wrong: a homography counts only if far more matches agree with it than chance would
-bring about, if they cover a part of both pictures, and if it is one that a camera can produce.
+bring about, if they cover a part of both pictures, if it is one that a camera can produce, and if the pictures agree
+where it lays one on the other.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from rover.vision.features import FeatureDetector, Features, FeatureSettings
 from rover.vision.matching import MatchSettings, match_features
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
 from rover.vision.refine import RefineSettings, refine_homography
+from rover.vision.verify import agreement
 
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
@@ -29,6 +31,7 @@ class RegistrationSettings:
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
     min_kept: share of the inliers that must still agree after the refinement; with fewer it is not used.
+    min_overlap: share of A that must lie in B: beyond, the homography is a guess. min_agreement: see `agreement`.
     """
 
     preprocess: PreprocessSettings = field(
@@ -44,10 +47,12 @@ class RegistrationSettings:
     min_points: int = MIN_POINTS
     inlier_px: float = 3.0
     min_inliers: int = 14
-    min_ratio: float = 0.12
+    min_ratio: float = 0.28
     min_spread: float = 0.01
     refine: RefineSettings = field(default_factory=RefineSettings)
     min_kept: float = 0.6
+    min_overlap: float = 0.4
+    min_agreement: float = 0.5
     seed: int = 1
 
 
@@ -89,16 +94,35 @@ def find_features(picture: Picture, settings: RegistrationSettings) -> Features:
     return FeatureDetector(settings.features).detect(prepared)
 
 
-def refined(
-    found: Registration, picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RegistrationSettings
+def confirm(
+    found: Registration, sharp_a: NDArray[np.uint8], sharp_b: NDArray[np.uint8], settings: RegistrationSettings
 ) -> Registration:
-    """`found` with its homography made exact where most of its inliers still agree then.
+    """`found` with its homography made exact, or refused where the pictures themselves speak against it.
 
     Pictures: (H, W) uint8 of `local_contrast`.
     """
     if found.homography is None:
         return found
-    homography = refine_homography(picture_a, picture_b, found.homography, settings.refine)
+    found = _refined(found, sharp_a, sharp_b, settings)
+    shared = overlap(found.homography, sharp_a.shape, sharp_b.shape)
+    if shared < settings.min_overlap:
+        return replace(found, status="failed", reason="the pictures overlap too little", homography=None)
+    if agreement(sharp_a, sharp_b, found.homography) < settings.min_agreement:
+        return replace(found, status="failed", reason="the pictures differ where they overlap", homography=None)
+    return found
+
+
+def overlap(homography: Points, shape_a: tuple[int, ...], shape_b: tuple[int, ...]) -> float:
+    """Share of A's area that comes to lie inside B, from a grid of points."""
+    x, y = np.meshgrid(np.linspace(0, shape_a[1], 21), np.linspace(0, shape_a[0], 21))
+    there = apply_homography(homography, np.column_stack((x.ravel(), y.ravel())))
+    return float(((there >= 0.0) & (there <= (shape_b[1], shape_b[0]))).all(axis=1).mean())
+
+
+def _refined(
+    found: Registration, sharp_a: NDArray[np.uint8], sharp_b: NDArray[np.uint8], settings: RegistrationSettings
+) -> Registration:
+    homography = refine_homography(sharp_a, sharp_b, found.homography, settings.refine)
     apart = np.linalg.norm(apply_homography(homography, found.points_a) - found.points_b, axis=1)
     agree = apart <= settings.inlier_px
     if agree.sum() < settings.min_kept * found.inliers:
@@ -120,7 +144,7 @@ def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings 
     settings = settings or RegistrationSettings()
     a, b = find_features(image_a, settings), find_features(image_b, settings)
     found = register_features(a, b, image_a.shape, image_b.shape, settings)
-    return refined(found, local_contrast(image_a), local_contrast(image_b), settings)
+    return confirm(found, local_contrast(image_a), local_contrast(image_b), settings)
 
 
 def register_features(

@@ -25,8 +25,8 @@ from rover.vision.registration import (
     Picture,
     RegistrationSettings,
     apply_homography,
+    confirm,
     find_features,
-    refined,
     register_features,
 )
 
@@ -124,7 +124,7 @@ def _link(view: _View, views: list[_View], settings: SequenceSettings) -> dict[t
             break
         shape = view.picture.shape
         r = register_features(earlier.features, view.features, earlier.picture.shape, shape, settings.registration)
-        homography = refined(r, earlier.picture, view.picture, settings.registration).homography
+        homography = confirm(r, earlier.picture, view.picture, settings.registration).homography
         if homography is not None:
             found[earlier.number, view.number] = homography
     return found

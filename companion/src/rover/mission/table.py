@@ -38,6 +38,14 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise BadInput(f"{path}: not valid TOML: nested too deeply") from None
 
 
+def parse_value(text: str) -> Any:
+    """What stands behind the = of a TOML line; a word that is none is taken as it stands."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, KeyError):
+        return text
+
+
 def printable(text: str) -> str:
     """The text on one line, whatever a file has put into it."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

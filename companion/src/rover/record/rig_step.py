@@ -3,7 +3,7 @@
 u64 now_us | u32 ticks | u32 bytes to the firmware | u32 bytes from it | ticks × (request 40, reply 16) | bytes | bytes
 
 Little-endian. Request and reply are those of rover-sitl (firmware/sitl/src/tick_pipe.rs): encoder counts, echo,
-voltage, emergency stop and due host bytes go in; duties, lamp, buzzer, sonar trigger and the count of sent bytes come out.
+voltage, emergency stop and due host bytes go in; duties, lamp, buzzer, trigger and the count of sent bytes come out.
 """
 
 from __future__ import annotations

@@ -15,5 +15,8 @@ PLACES = "/detection/places"
 FIX = "/localization/fix"
 POSE = "/pose"
 
-FED = frozenset((CAMERA_THERMAL, CAMERA_FRAME, RIG_STEP, RIG_LOST, OPERATOR))
+IMPORTED_WHEELS = "/import/wheels"
+IMPORTED_SONAR = "/import/sonar"
+
+FED = frozenset((CAMERA_THERMAL, CAMERA_FRAME, RIG_STEP, RIG_LOST, OPERATOR, IMPORTED_WHEELS, IMPORTED_SONAR))
 """Inputs that a replay takes from the log and does not compare with it."""

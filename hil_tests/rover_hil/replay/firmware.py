@@ -1,0 +1,127 @@
+"""The firmware of a rig under recorded ticks and the host's recorded bytes; what it answers is held against the log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rover.link.port import SLCAN_BAUD
+from rover.record.difference import NOTHING, Difference, first_field
+from rover.record.rig_step import REPLY_SIZE, RigStep
+from rover_protocol import framing, messages
+
+from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY
+from rover_hil.firmware_process import FirmwareProcess
+
+REPLIES = "/rig/firmware"
+SENT = "/rig/firmware/sent"
+"""Where a difference of outputs, or of sent bytes, is said to be."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What came of a part of a replay: `count` of what was compared, and the first difference."""
+
+    count: int
+    difference: Difference | None
+
+
+class FirmwareReplay:
+    """One firmware process from its power-on. `feed` every step in order, then `finish`."""
+
+    def __init__(self, command: Sequence[str], origin: dict[str, str]) -> None:
+        """`command`: the firmware's program with its first arguments; `origin`: metadata of the log."""
+        can = origin["transport"] == "can"
+        baud = SLCAN_BAUD if can else int(origin["baud"])
+        self._process = FirmwareProcess(list(command), baud, origin["transport"])
+        self._decoders = None if can else (framing.Decoder(), framing.Decoder())
+        self._sent = 0
+        self._ticks = 0
+        self._difference: Difference | None = None
+
+    def feed(self, step: RigStep) -> None:
+        """One step; nothing after the first difference, for from there on the inputs are another rover's."""
+        if self._difference is not None or not step.requests:
+            return
+        self._process.send(step.to_firmware)
+        self._process.stdin.write(b"".join(step.requests))
+        self._process.stdin.flush()
+        replies = self._read(len(step.requests) * REPLY_SIZE)
+        total = REPLY.unpack(replies[-1])[-1] if replies else self._sent
+        sent = self._process.receive(total - self._sent)
+        self._sent = total
+        self._difference = self._compare(step, replies, sent)
+
+    def finish(self) -> Compared:
+        """Ends the process."""
+        self._process.close()
+        return Compared(self._ticks, self._difference)
+
+    def _read(self, length: int) -> list[bytes]:
+        data = self._process.stdout.read(length)
+        return [data[at : at + REPLY_SIZE] for at in range(0, len(data) - REPLY_SIZE + 1, REPLY_SIZE)]
+
+    def _compare(self, step: RigStep, replies: list[bytes], sent: bytes) -> Difference | None:
+        for index, recorded in enumerate(step.replies):
+            time = (step.start_us + 1000 * (index + 1)) * 1e-6
+            if index >= len(replies):
+                return Difference(REPLIES, time, "reply", outputs(recorded), "the firmware has ended")
+            if replies[index] != recorded:
+                found = first_field(outputs(recorded), outputs(replies[index]))
+                field, before, now = found or ("bytes", recorded.hex(), replies[index].hex())
+                if field == "bytes_sent" and (frame := self._frame_difference(step, sent)) is not None:
+                    return frame
+                return Difference(REPLIES, time, field, before, now)
+            self._ticks += 1
+        if sent != step.from_firmware:
+            frame = self._frame_difference(step, sent)
+            at = next((i for i, (a, b) in enumerate(zip(step.from_firmware, sent, strict=False)) if a != b), 0)
+            time = step.now_us * 1e-6
+            return frame or Difference(SENT, time, f"byte {at}", step.from_firmware.hex(), sent.hex())
+        if self._decoders is not None:
+            for decoder in self._decoders:
+                list(decoder.feed(sent))
+        return None
+
+    def _frame_difference(self, step: RigStep, sent: bytes) -> Difference | None:
+        """The first frame of the serial wire that differs, by its name."""
+        if self._decoders is None:
+            return None
+        recorded, replayed = (
+            [_named(identifier, payload) for identifier, _, payload in decoder.feed(data)]
+            for decoder, data in zip(self._decoders, (step.from_firmware, sent), strict=True)
+        )
+        for index in range(max(len(recorded), len(replayed))):
+            before = recorded[index] if index < len(recorded) else None
+            now = replayed[index] if index < len(replayed) else None
+            if before != now:
+                field, was, is_now = first_field(before, now) or ("message", before, now)
+                time = step.now_us * 1e-6
+                return Difference(
+                    SENT, time, field, NOTHING if was is None else was, NOTHING if is_now is None else is_now
+                )
+        return None
+
+
+def outputs(reply: bytes) -> dict[str, Any]:
+    """The 16 bytes by name."""
+    left, right, flags, trigger, total = REPLY.unpack(reply)
+    return {
+        "duty_left": left,
+        "duty_right": right,
+        "powered": bool(flags & 1),
+        "led": bool(flags & 2),
+        "buzzer": bool(flags & 4),
+        "sonar_trigger": None if trigger == NO_SENSOR else trigger,
+        "bytes_sent": total,
+    }
+
+
+def _named(identifier: int, payload: bytes) -> dict[str, Any]:
+    try:
+        message, fields = messages.decode(identifier, payload)
+    except ValueError:
+        return {"message": hex(identifier), "data": payload.hex()}
+    plain = {key: value.hex() if isinstance(value, bytes) else value for key, value in fields.items()}
+    return {"message": message.name, message.name: plain}

@@ -1,0 +1,87 @@
+"""Changed firmware parameters for a replay: a parameter file for rover-sitl, written by rover-sitl itself."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from rover.errors import BadInput, PreflightFailed
+from rover.link.port import DEFAULT_BAUD
+from rover_protocol import framing, messages
+
+from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY, REQUEST
+from rover_hil.firmware_process import ROOT, FirmwareProcess
+
+DEFINITIONS = ROOT / "firmware" / "core" / "src" / "parameters.rs"
+TICKS_EACH = 100
+BOOT_TICKS = 50
+BATTERY_MV = 7400
+STATUS = messages.VALUES["ParameterValue"]["status"]
+
+
+def known_parameters() -> dict[str, int]:
+    """Names of the firmware's parameters and their numbers, from its source; empty without it."""
+    try:
+        source = DEFINITIONS.read_text(encoding="utf-8")
+    except OSError:
+        return {}
+    numbers = dict(re.findall(r"^\s+(\w+) = (\d+),", source, re.MULTILINE))
+    names = re.findall(r"Parameter::(\w+),\s*\"(\w+)\"", source) or re.findall(r"(\w+),\s*\"(\w+)\"", source)
+    return {name: int(numbers[variant]) for variant, name in names if variant in numbers}
+
+
+def parse_setting(text: str) -> tuple[int, int]:
+    """`NAME=VALUE` or `NUMBER=VALUE`. Raises BadInput."""
+    key, _, value = text.partition("=")
+    known = known_parameters()
+    identifier = int(key) if key.isdigit() else known.get(key)
+    if identifier is None:
+        raise BadInput(f"--set {text}: no parameter {key!r}; there is {', '.join(known) or 'its number'}")
+    try:
+        return identifier, int(value)
+    except ValueError:
+        raise BadInput(f"--set {text}: a whole number is expected after the =, in the parameter's own unit") from None
+
+
+def write_parameter_file(command: list[str], file: Path, settings: dict[int, int]) -> None:
+    """Has the firmware set and save these parameters in `file`. Raises BadInput with its answer when it refuses."""
+    process = FirmwareProcess([*command, "--parameters", str(file)], DEFAULT_BAUD)
+    decoder = framing.Decoder()
+    sequence = now_us = due = sent = 0
+
+    def exchange(name: str, ticks: int, **fields: int) -> dict[str, int]:
+        nonlocal sequence, now_us, due, sent
+        frame = b""
+        if name:
+            message = messages.BY_NAME[name]
+            frame = framing.encode(message.ID, sequence, message.pack(**fields))
+            sequence = (sequence + 1) & 255
+        process.send(frame)
+        due += len(frame)
+        answer: dict[str, int] = {}
+        for _ in range(ticks):
+            now_us += 1000
+            process.stdin.write(REQUEST.pack(now_us, 0, 0, 0, BATTERY_MV, NO_SENSOR, 0, due, 0, 0))
+            process.stdin.flush()
+            reply = process.stdout.read(REPLY.size)
+            if len(reply) < REPLY.size:
+                raise PreflightFailed("rover-sitl has ended while its parameters were set")
+            total = REPLY.unpack(reply)[-1]
+            for identifier, _, payload in decoder.feed(process.receive(total - sent)):
+                if identifier == messages.ParameterValue.ID:
+                    answer = {key: int(value) for key, value in messages.decode(identifier, payload)[1].items()}
+            sent = total
+        return answer
+
+    try:
+        exchange("", BOOT_TICKS)
+        for identifier, value in settings.items():
+            answer = exchange("ParameterSet", TICKS_EACH, identifier=identifier, value=value)
+            if not answer or answer["status"] != 0:
+                why = STATUS.get(answer.get("status", -1), "no answer")
+                raise BadInput(f"--set {identifier}={value}: the firmware does not take it: {why}")
+        saved = exchange("ParameterCommand", TICKS_EACH, command=messages.PARAMETER_COMMAND_SAVE)
+        if not saved or saved["status"] != 0:
+            raise PreflightFailed(f"rover-sitl could not save its parameters in {file}")
+    finally:
+        process.close()

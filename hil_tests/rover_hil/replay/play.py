@@ -1,0 +1,167 @@
+"""One replay: a log through the firmware of a rig and through the companion, both held against what was recorded."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import cv2
+from rover.detection.classifier import Classifier, default_model
+from rover.errors import BadInput, RoverError
+from rover.mission.loop import Control, MissionLoop
+from rover.mission.origin import origin_of, restore_mission
+from rover.mission.perception import Perception
+from rover.mission.survey import Survey
+from rover.record.comparison import Comparison, Differs, RecordingOver
+from rover.record.difference import Difference
+from rover.record.log_reader import Log
+from rover.record.rig_step import RigStep
+from rover.vehicle import Vehicle
+from rover.vision.camera_file import load_camera
+
+from rover_hil.firmware_process import emulator_command, sitl_command
+from rover_hil.replay.board import BoardReplay
+from rover_hil.replay.estimators import IMPORTED, replay_estimators
+from rover_hil.replay.firmware import Compared, FirmwareReplay
+from rover_hil.replay.pace import Pace
+from rover_hil.replay.parameters import write_parameter_file
+from rover_hil.replay.recorded_rig import RecordedRig
+
+NOT_BUILD = ("mission", "seed", "rig", "transport", "baud", "cycle_s", "camera", "mission_hash")
+"""Parts of a log's origin that are the run's, not the build's."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What is to be different from the recording: firmware parameters by number, values of the mission file."""
+
+    parameters: Mapping[int, int] = field(default_factory=dict)
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of a replay. `build`: what is not as it was when the log was recorded, as "recorded → now".
+
+    `cut`: the log's end is missing.
+    """
+
+    log: Path
+    rig: str
+    frames: int
+    firmware: Compared | None
+    companion: Compared
+    build: dict[str, str]
+    cut: bool = False
+
+    @property
+    def first_difference(self) -> Difference | None:
+        """The earliest."""
+        parts = [part for part in (self.firmware, self.companion) if part is not None]
+        found = [part.difference for part in parts if part.difference is not None]
+        return min(found, key=lambda difference: difference.time, default=None)
+
+    @property
+    def identical(self) -> bool:
+        """True when every output is equal to the recorded one."""
+        return self.first_difference is None
+
+
+class FirmwarePart(Protocol):
+    """Takes steps, says at the end what came of them."""
+
+    def feed(self, step: RigStep) -> None:
+        """The next step."""
+        ...
+
+    def finish(self) -> Compared:
+        """After the last step."""
+        ...
+
+
+def replay(
+    path: Path, rig: str, changes: Changes, pace: Pace, on_time: Callable[[float], None] = lambda _: None
+) -> Replayed:
+    """`rig`: "sitl" or "emulator". `on_time` is told how far it is, seconds. Raises BadInput, PreflightFailed."""
+    log = Log(path)
+    origin = log.metadata.get("mission")
+    if origin is None or "source_hash" not in origin:
+        raise BadInput(f"{path}: the log does not say what it was made from: record it anew with this version")
+    cv2.setNumThreads(1)
+    with tempfile.TemporaryDirectory(prefix="rover-replay-") as folder:
+        scratch = Path(folder)
+        mission = restore_mission(log.files, scratch, changes.overrides)
+        classifier = Classifier(mission.detector.model or default_model())
+        perception = Perception(mission, Vehicle(), load_camera(mission.rover.camera), classifier)
+        seed = int(origin["seed"])
+        now = origin_of(mission, origin["rig"], origin["transport"], seed, float(origin["cycle_s"]), classifier.sha256)
+        build = {
+            key: f"{origin.get(key, 'unknown')} → {value}"
+            for key, value in now.items()
+            if key not in NOT_BUILD and origin.get(key) != value
+        }
+        comparison = Comparison(log)
+        if origin["rig"] == IMPORTED:
+            frames = replay_estimators(log, perception, comparison, pace, on_time)
+            return Replayed(
+                path, rig, frames, None, Compared(comparison.messages, comparison.difference), build, log.cut
+            )
+        part = _firmware_part(rig, origin, changes.parameters, scratch, log)
+
+        def on_step(step: RigStep) -> None:
+            at = step.now_us * 1e-6
+            pace.wait(at)
+            on_time(at)
+            part.feed(step)
+
+        control = Control()
+        recorded = RecordedRig(log, control, on_step)
+        try:
+            survey = Survey(mission, Vehicle(), perception, seed)
+            loop = MissionLoop(survey, recorded, comparison, None, control, seed)
+            _drive(loop, comparison)
+            recorded.drain()
+        finally:
+            recorded.close()
+            firmware = part.finish()
+        companion = Compared(comparison.messages, comparison.difference)
+        return Replayed(path, rig, recorded.frames_fed, firmware, companion, build, log.cut)
+
+
+def _drive(loop: MissionLoop, comparison: Comparison) -> None:
+    """The mission's loop until it ends as it did, or differs."""
+    try:
+        try:
+            loop.drive()
+        except RoverError as error:  # a handshake that fails ends a mission: it failed when it was recorded, too
+            if comparison.difference is None and comparison.messages == 0:
+                raise BadInput(f"the recorded link does not come up: {error}") from error
+        comparison.finish()
+    except (Differs, RecordingOver):
+        return  # the difference is kept; a log that was cut ends where it was cut
+
+
+def _firmware_part(
+    rig: str, origin: dict[str, str], parameters: Mapping[int, int], scratch: Path, log: Log
+) -> FirmwarePart:
+    command = sitl_command() if rig == "sitl" else emulator_command()
+    if origin["rig"] == rig:
+        if parameters:
+            if rig != "sitl":
+                raise BadInput(f"--set: rig {rig} has no parameter file; set parameters on --rig sitl")
+            file = scratch / "parameters.bin"
+            write_parameter_file(command, file, dict(parameters))
+            command = [*command, "--parameters", str(file)]
+        return FirmwareReplay(command, origin)
+    if rig != "emulator":
+        raise BadInput(
+            f"{log.path}: recorded on rig {origin['rig']}, whose ticks {rig} does not have: use --rig {origin['rig']}"
+        )
+    if parameters:
+        raise BadInput("--set: only on --rig sitl")
+    if origin["transport"] != "serial":
+        raise BadInput(f"{log.path}: recorded over CAN: only a log over serial can be compared on another rig")
+    return BoardReplay(int(origin["baud"]))

@@ -52,7 +52,7 @@ def main() -> None:
     sections = [_head(classifier.sha256, options)]
     if options.data is not None:
         real = evaluate_real(
-            Path(options.data), options.seed, options.epochs, options.cache, not options.no_rivals
+            Path(options.data), options.seed, options.epochs, options.cache, not options.no_rivals, classifier
         )
         write_worst(real.grouped["this network"], real.records, options.pictures)
         sections.append(real_section(real))
@@ -66,7 +66,8 @@ def main() -> None:
     )
     if runs:
         sections.append(
-            f"### Driven over\n\n{len(runs)} fields in four soils at nine hours, many looks fused into places; one "
+            f"### Driven over\n\n{len(runs)} fields in four soils (three were trained on) at nine hours, "
+            f"many looks fused into places; one "
             f"count per mine within its half-extent plus 10 cm. 95 % intervals: binomial for Pd, Poisson for the "
             f"rate.\n\n{curve(runs)}\n\n{split(runs)}"
         )

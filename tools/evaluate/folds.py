@@ -44,12 +44,13 @@ class Fold:
 
 @dataclass(frozen=True)
 class Alarm:
-    """One detection: score, picture, index of the box that it hits or -1, and its spot."""
+    """One detection: score, picture, index of the box whose halo it hits or -1, its spot; inside: in the box itself."""
 
     score: float
     picture: int
     box: int
     spot: tuple[float, float, float]
+    inside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ class Outcome:
     candidates: tuple[NDArray[np.int64], NDArray[np.floating]]
 
     def figures(self) -> dict[str, float]:
-        """F1 of mine, surface and buried, and Pd at FALSE_ALARMS a picture."""
+        """F1 of mine, surface and buried, and Pd at FALSE_ALARMS a picture, with the halo and without."""
         kind = self.p.argmax(axis=1) + SURFACE
         told = self.truth != MINE_UNKNOWN
         return {
@@ -77,16 +78,17 @@ class Outcome:
             "surface": f1(self.truth[told] == SURFACE, kind[told] == SURFACE),
             "buried": f1(self.truth[told] == BURIED, kind[told] == BURIED),
             "pd": self.pd_at(FALSE_ALARMS),
+            "pd strict": self.pd_at(FALSE_ALARMS, strict=True),
         }
 
-    def pd_at(self, rate: float) -> float:
-        """Share of the mines found where so many false alarms a picture are let through."""
+    def pd_at(self, rate: float, strict: bool = False) -> float:
+        """Share of the mines found where so many false alarms a picture are let through; strict: without the halo."""
         if not self.mines:
             return math.nan
         hits: set[tuple[int, int]] = set()
         false, best = 0, 0
         for alarm in sorted(self.alarms, key=lambda a: -a.score):
-            if alarm.box < 0:
+            if alarm.box < 0 or (strict and not alarm.inside):
                 false += 1
             else:
                 hits.add((alarm.picture, alarm.box))
@@ -131,7 +133,8 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
         places, scores = samples.spots[spots[here]], 1.0 - p[here, 2]
         for i in thin(places, scores, MOST):
             spot = tuple(places[i].tolist())
-            alarms.append(Alarm(float(scores[i]), picture, _hit(record, spot), spot))
+            inside = hit(record, spot, 0.0) >= 0
+            alarms.append(Alarm(float(scores[i]), picture, hit(record, spot), spot, inside))
     truth = samples.truth[spots].astype(np.int64)
     told = np.isin(truth, (SURFACE, BURIED, BACKGROUND))
     return Outcome(
@@ -145,10 +148,10 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
     )
 
 
-def _hit(record: Record, spot: tuple[float, ...]) -> int:
+def hit(record: Record, spot: Sequence[float], around: float = HALO) -> int:
     """The box whose halo holds the middle of a spot."""
     for index, box in enumerate(record.boxes):
-        halo = HALO * box.side
+        halo = around * box.side
         if abs(spot[0] - box.x) < 0.5 * box.width + halo and abs(spot[1] - box.y) < 0.5 * box.height + halo:
             return index
     return -1

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from rover.detection.classifier import CLASSES, Classifier
 
-from tools.evaluate.folds import HIGHEST, Fold, Outcome, grouped_folds, judge_fold, random_folds
+from tools.evaluate.folds import HIGHEST, Fold, Outcome, grouped_folds, hit, judge_fold, random_folds
 from tools.evaluate.rivals import patches, rivals
 from tools.train.measure import fit_pictures, softmax
 from tools.train.network import fit
@@ -20,7 +21,6 @@ from tools.train.picture_samples import (
     BURIED,
     CANDIDATE,
     JITTERED,
-    MINE_UNKNOWN,
     SURFACE,
     WINDOW,
     PictureSamples,
@@ -41,9 +41,12 @@ class RealResults:
     dealt: dict[str, list[Outcome]]
     records: list[Record]
     ceiling: tuple[int, int]
+    trained_on: Outcome
 
 
-def evaluate_real(data: Path, seed: int, epochs: int, cache: Path | None, with_rivals: bool) -> RealResults:
+def evaluate_real(
+    data: Path, seed: int, epochs: int, cache: Path | None, with_rivals: bool, classifier: Classifier
+) -> RealResults:
     """Every fold of every classifier. Takes minutes."""
     records = read_records(data)
     samples = picture_samples(records, seed, cache)
@@ -53,7 +56,8 @@ def evaluate_real(data: Path, seed: int, epochs: int, cache: Path | None, with_r
         split["this network"] = [_network(fold, samples, records, seed, epochs) for fold in folds]
         for name in rivals(seed) if with_rivals else ():
             split[name] = [_rival(name, fold, samples, records, seed) for fold in folds]
-    return RealResults(grouped, dealt, records, _ceiling(samples, records))
+    shipped = _trained_on(samples, records, classifier)
+    return RealResults(grouped, dealt, records, _ceiling(samples, records), shipped)
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
@@ -114,9 +118,23 @@ def _told(name: str, outcome: Outcome) -> Outcome:
 
 
 def _ceiling(samples: PictureSamples, records: Sequence[Record]) -> tuple[int, int]:
-    """Mines of pictures up to HIGHEST that any candidate fits, and all of them."""
-    low = [i for i, record in enumerate(records) if record.height <= HIGHEST]
-    fits = (samples.round == 0) & (samples.what == CANDIDATE)
-    fits &= np.isin(samples.truth, (SURFACE, BURIED, MINE_UNKNOWN)) & np.isin(samples.picture, low)
-    hit = set(zip(samples.picture[fits].tolist(), samples.box[fits].tolist(), strict=True))
-    return len(hit), sum(len(records[i].boxes) for i in low)
+    """Mines of pictures up to HIGHEST that at least one candidate would count for, and all of them."""
+    low = {i for i, record in enumerate(records) if record.height <= HIGHEST}
+    hits = set()
+    for row in np.nonzero((samples.round == 0) & (samples.what == CANDIDATE))[0].tolist():
+        picture = int(samples.picture[row])
+        if picture in low and (box := hit(records[picture], samples.spots[row].tolist())) >= 0:
+            hits.add((picture, box))
+    return len(hits), sum(len(records[i].boxes) for i in low)
+
+
+def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: Classifier) -> Outcome:
+    """What the shipped model says of the pictures that it learned from: no test, but a bound on what it can fit."""
+
+    def judge(rows: NDArray[np.intp]) -> NDArray[np.floating]:
+        p = classifier.predict(samples.vectors[rows].astype(np.float32))
+        three = p[:, [classifier.classes.index(CLASSES[i]) for i in THREE]]
+        return three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
+
+    everything = Fold("trained on", np.ones(len(records), bool))
+    return _told("shipped model", judge_fold(everything, samples, records, judge))

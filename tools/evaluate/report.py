@@ -15,9 +15,15 @@ from tools.evaluate.real import RealResults, calibrated
 from tools.train.measure import as_markdown, calibration_error, confusion
 from tools.train.picture_samples import BACKGROUND, MINE_UNKNOWN, SURFACE
 
-FIGURES = ("mine", "surface", "buried", "pd")
-ASKED = {"mine": 0.95, "surface": 0.85, "buried": 0.90, "pd": 0.95}
-HEAD = ["mine against background, F1", "surface, F1", "buried, F1", f"Pd at {FALSE_ALARMS:g} false alarms a picture"]
+FIGURES = ("mine", "surface", "buried", "pd", "pd strict")
+ASKED = {"mine": 0.95, "surface": 0.85, "buried": 0.90, "pd": 0.95, "pd strict": 0.95}
+HEAD = [
+    "mine against background, F1",
+    "surface, F1",
+    "buried, F1",
+    f"Pd at {FALSE_ALARMS:g} false alarms a picture, with halo",
+    "the same, box alone",
+]
 THRESHOLDS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
 
 
@@ -100,7 +106,8 @@ def real_section(real: RealResults) -> str:
     """Everything about the pictures."""
     network = real.grouped["this network"]
     truth, p = calibrated(network)
-    fits, mines = real.ceiling
+    hits, mines = real.ceiling
+    own = real.trained_on.figures()
     dealt = _over(real.dealt["this network"], "pd", median)
     return f"""## Real pictures
 
@@ -108,14 +115,22 @@ Each zone, then each session, held out whole; the network is trained on the rest
 judges what it never saw. Patches are the labelled boxes and three windows of their size beside each. The two surface
 zones are of session B: with session B held out, every casing that the network knows was drawn.
 
+Features, weight decay, drawn casings and the halo were chosen while looking at these same folds, about ten settings in
+all, not on inner folds. The figures are therefore somewhat too good, and by how much is not known. The column without
+the halo is the rule as it was first written.
+
 {folds_table(network)}
 
-Beside others on the same splits, which see plain 16×16 patches. Dealt out at random, neighbouring pictures of the same
-mine lie on both sides: that flatters.
+Beside others on the same splits. They are no equal contest: the others see plain 16×16 patches, unaltered pictures
+and two ground candidates a picture, have default settings and short training; the network sees its own features,
+altered pictures, drawn casings and thirty candidates. An earlier plain MLP with other background patches had 0.90
+(mine against background, zones held out), as much as the network's median here. Dealt out at random,
+neighbouring pictures of the same mine lie on both sides: that flatters.
 
 {rivals_table(real)}
 
-All zones together, each box judged once by a network that never saw its zone:
+All zones together, each box judged once by a network that never saw its zone. Surface mines are worse here
+than fold by fold: a fold without them has no such F1, and its buried mines that are called surface count only here.
 
 {pooled_table(network)}
 
@@ -128,20 +143,30 @@ box or up to 10 cm beside it (as the boxes tell 10 cm). Scores are the networks'
 
 ### Probabilities
 
-Candidates of the zones, each zone calibrated on the others; expected calibration error
-{calibration_error(truth, p):.3f}.
+Candidates of the zones, each zone calibrated on the others. Expected calibration error
+{calibration_error(truth, p):.3f} over all, nearly all of which are plain ground and easy; {_error_from(truth, p, 0.1):.3f} where a mine has at least
+0.1, {_error_from(truth, p, 0.3):.3f} where it has at least 0.3.
 
 {reliability_table(truth, p)}
 
 ### Why what is asked for is not reached
 
-- No candidate fits {mines - fits} of the {mines} mines up to {HIGHEST:g} m ({1 - fits / mines:.1%}): most were taken
-  near a zero crossing and show no contrast in brightness or texture. No classifier behind these candidates finds them.
-- With pictures dealt out at random, the same network's Pd at {FALSE_ALARMS:g} false alarms a picture is {dealt:.2f}.
-  That is no bound, but it says how much of the gap is not due to the held-out zones.
+It is not shown to be out of reach: what stands here points at the network and its training first.
+
+- Candidates are not what is missing: for {hits} of the {mines} mines up to {HIGHEST:g} m ({hits / mines:.1%}) at least
+  one would count.
+- On the very pictures that it learned from, the shipped model has Pd {own["pd"]:.2f} at {FALSE_ALARMS:g} false alarms a
+  picture. It does not even fit them; no held-out figure can be blamed on the data alone before it does.
+- With pictures dealt out at random Pd is {dealt:.2f}: the rest of the gap comes with new zones and sessions.
 - The set has four buried mines and two on the surface. A fold that holds one surface zone out has seen one casing.
 - Index and labels disagree at places: copies of one picture with and without boxes, and boxes of neighbouring zones
   whose depth is not told. Those count as mines of unknown kind here and in no figure of a kind."""
+
+
+def _error_from(truth: NDArray[np.int64], p: NDArray[np.floating], least: float) -> float:
+    """Expected calibration error of the candidates that are mines with at least this probability."""
+    likely = 1.0 - p[:, -1] >= least
+    return calibration_error(truth[likely], p[likely])
 
 
 def _over(outcomes: list[Outcome], key: str, how: object) -> float:

@@ -10,16 +10,43 @@ from rover.errors import PreflightFailed
 from rover_hil.serve import RIGS
 from rover_hil.testing.rigs import RunningRig, start_rig
 
+DEVICE = "device"
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Which rigs; both simulated ones by default."""
-    parser.addoption("--rig", action="append", choices=tuple(RIGS), help="run tests of rigs on this one only")
+    parser.addoption("--rig", action="append", choices=(*RIGS, DEVICE), help="run tests of rigs on this one only")
+    parser.addoption("--port", help="port of the board for --rig device")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Says what is missing before anything runs."""
+    device = DEVICE in (config.getoption("--rig") or [])
+    if device and config.getoption("--port") is None:
+        raise pytest.UsageError("--rig device: name the board's port with --port")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With --rig device and no other, only what runs on a board."""
+    if config.getoption("--rig") == [DEVICE]:
+        others = [item for item in items if not is_of_device(item)]
+        items[:] = [item for item in items if is_of_device(item)]
+        config.hook.pytest_deselected(items=others)
+    if config.getoption("--port") is None:
+        for item in filter(is_of_device, items):
+            item.add_marker(pytest.mark.rig("sitl in place of a device"), append=False)
+
+
+def is_of_device(item: pytest.Item) -> bool:
+    """Whether a test is marked as one for a board."""
+    marker = item.get_closest_marker("rig")
+    return marker is not None and marker.args[0] == DEVICE
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """One test for each rig, marked with it."""
     if "rig_name" in metafunc.fixturenames:
-        chosen = metafunc.config.getoption("--rig") or list(RIGS)
+        chosen = [name for name in metafunc.config.getoption("--rig") or RIGS if name in RIGS]
         parameters = [pytest.param(name, marks=pytest.mark.rig(name)) for name in chosen]
         metafunc.parametrize("rig_name", parameters)
 

@@ -2,10 +2,26 @@
 
 use std::time::{Duration, Instant};
 
-/// What a lattice's cell costs a search, about.
-const SECONDS_PER_CELL: f64 = 20e-9;
+/// What a lattice's cell costs the searches of one tour, about, before any has been timed.
+const SECONDS_PER_CELL: f64 = 50e-9;
 /// Cells above which a lattice costs more than it brings to a counted budget.
-const COUNTED_CELLS: usize = 60_000;
+const COUNTED_CELLS: f64 = 60_000.0;
+
+/// How fast lattices have been searched so far.
+#[derive(Default)]
+pub struct Pace {
+    seconds_per_cell: Option<f64>,
+}
+
+impl Pace {
+    pub fn expected(&self, cells: f64) -> f64 {
+        cells * self.seconds_per_cell.unwrap_or(SECONDS_PER_CELL)
+    }
+
+    pub fn saw(&mut self, cells: f64, seconds: f64) {
+        self.seconds_per_cell = Some(seconds / cells);
+    }
+}
 
 pub struct Budget {
     pub used: u64,
@@ -32,13 +48,13 @@ impl Budget {
         self.expired = self.late();
     }
 
-    /// Counts one iteration; false when none is left. The clock is only read every 32 iterations.
+    /// Counts one iteration; false when none is left. The clock is only read every 8 iterations.
     pub fn spend(&mut self) -> bool {
         if self.expired || self.used >= self.limit {
             return false;
         }
         self.used += 1;
-        if self.used.is_multiple_of(32) {
+        if self.used.is_multiple_of(8) {
             self.expired = self.late();
         }
         true
@@ -53,20 +69,23 @@ impl Budget {
             .is_some_and(|deadline| Instant::now() >= deadline)
     }
 
-    /// How many cells a lattice may have so that `searches` over it leave time for other things; none when nothing
-    /// is to be improved. Counted budgets get a fixed answer, so that they stay repeatable.
-    pub fn lattice_cells(&self, searches: usize) -> Option<usize> {
+    /// True when there is time for searches over a lattice of so many `cells` that take `seconds`, about. Counted
+    /// budgets get a fixed answer, so that they stay repeatable.
+    pub fn affords(&self, seconds: f64, cells: f64) -> bool {
         if self.expired || self.used >= self.limit {
-            return None;
+            return false;
         }
-        Some(match self.deadline {
-            None => COUNTED_CELLS,
+        match self.deadline {
+            None => cells <= COUNTED_CELLS,
             Some(deadline) => {
                 let left = deadline.saturating_duration_since(Instant::now());
-                let share = 0.5 * left.as_secs_f64() / searches.max(1) as f64;
-                (share / SECONDS_PER_CELL) as usize
+                seconds < 0.8 * left.as_secs_f64()
             }
-        })
+        }
+    }
+
+    pub fn deadline(&self) -> Option<Instant> {
+        self.deadline
     }
 
     /// Lets a nested search use at most `share` iterations more.

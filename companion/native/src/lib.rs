@@ -1,5 +1,6 @@
 //! Python's door to the planner's inner loops: arrays in, arrays out, every value checked here.
 
+mod again;
 mod arrays;
 mod budget;
 mod circles;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::field::Field;
 use crate::geometry::{distance, distance_squared, Point};
-use crate::mend::mended;
+use crate::mend::Mender;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
 use crate::shorten::{self, Shortening};
@@ -23,12 +23,12 @@ pub fn name_of(p: Point) -> Name {
     Some((p.x.to_bits(), p.y.to_bits()))
 }
 
-/// What became of the tree's nodes.
+/// What became of the tree's nodes or, where mending the legs was enough, of the legs' points.
 #[derive(Clone, Copy, Default)]
 pub struct Repair {
     pub kept: usize,
     pub pruned: usize,
-    /// Nodes, among those kept, that found another parent when their branch was cut.
+    /// Nodes, among those kept, that found another parent when their branch was cut; or gaps in legs that were bridged.
     pub rewired: usize,
 }
 
@@ -37,6 +37,8 @@ pub struct Memory {
     tree: Option<Tree>,
     goals: Vec<(Point, usize)>,
     pub legs: BTreeMap<(Name, Name), Vec<Point>>,
+    /// The goals as they were visited last.
+    pub order: Vec<Name>,
     pub repair: Repair,
 }
 
@@ -47,6 +49,7 @@ impl Memory {
             tree: None,
             goals: Vec::new(),
             legs: BTreeMap::new(),
+            order: Vec::new(),
             repair: Repair::default(),
         }
     }
@@ -95,7 +98,7 @@ impl Memory {
         goals: &[Point],
         shortening: Shortening,
     ) {
-        let mut lattice = None;
+        let mut mender = Mender::default();
         let mut names: Vec<Name> = vec![None];
         names.extend(goals.iter().map(|&goal| name_of(goal)));
         let mut tried: BTreeSet<(Name, Name)> = BTreeSet::new();
@@ -119,7 +122,7 @@ impl Memory {
             {
                 continue;
             }
-            if let Some(path) = mended(field, &mut lattice, &self.legs[&key], ends, shortening) {
+            if let Some(path) = mender.mended(field, &self.legs[&key], ends, shortening) {
                 let backwards = lost(from);
                 let (root, goal) = if backwards { (to, from) } else { (from, to) };
                 let Some(mut at) = node(grown, root) else {

@@ -2,18 +2,19 @@
 
 use std::time::Instant;
 
+use crate::again;
 use crate::budget::Budget;
 use crate::escape;
 use crate::field::Field;
 use crate::geometry::{distance, Point};
 use crate::lattice;
-use crate::memory::{name_of, Memory};
+use crate::memory::{name_of, Memory, Repair};
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
 use crate::shorten::Shortening;
 use crate::star;
-use crate::tour::{Search, Stops};
+use crate::tour::{Search, Stops, Tour};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
@@ -93,6 +94,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
     let shortening = Shortening {
         radius: request.radius,
         corner_cost: request.corner_cost,
+        deadline: None,
     };
     let mut outcome = Outcome {
         order: Vec::new(),
@@ -116,28 +118,22 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         outcome.time_ms = started.elapsed().as_secs_f64() * 1e3;
         return outcome;
     };
-    let wanted: Vec<bool> = request
-        .goals
-        .iter()
-        .map(|&goal| field.point_clear(goal, request.radius))
-        .collect();
-    let mut stops = if request.algorithm == Algorithm::MultiGoal {
-        one_tree(
-            field,
-            request,
-            entry,
-            wanted,
-            memory.take_tree(field, entry, &request.goals, growth, shortening),
-            &mut random,
-            &mut budget,
-        )
+    memory.repair = Repair::default();
+    let kept = if request.algorithm == Algorithm::MultiGoal {
+        let any = request.any_order;
+        again::mended_tour(field, memory, entry, &request.goals, any, shortening)
     } else {
-        staged(
+        None
+    };
+    let mut stops = if kept.is_some() {
+        Stops::mended(entry, goals as usize)
+    } else {
+        searched(
             field,
             request,
             entry,
-            &wanted,
-            growth,
+            memory,
+            shortening,
             &mut random,
             &mut budget,
         )
@@ -153,12 +149,15 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         random: &mut random,
         budget: &mut budget,
     };
-    let mut tour = search.tour(
-        &mut stops,
-        &request.goals,
-        request.any_order,
-        &mut memory.legs,
-    );
+    let mut tour = match kept {
+        Some(legs) => Tour::mended(entry, &request.goals, legs),
+        None => search.tour(
+            &mut stops,
+            &request.goals,
+            request.any_order,
+            &mut memory.legs,
+        ),
+    };
     if !tour.legs.is_empty() {
         outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);
         if !unlimited {
@@ -166,6 +165,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
             search
                 .budget
                 .improve_until(limit, started, request.budget_ms);
+            search.shortening.deadline = search.budget.deadline();
             search.improve(&mut tour, request.any_order);
         }
     }
@@ -198,10 +198,36 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
         memory.legs.insert((goal(from), goal(to)), leg.path.clone());
     }
+    memory.order = (outcome.order.iter())
+        .map(|&goal| name_of(request.goals[goal]))
+        .collect();
     memory.random = random;
     outcome.iterations = budget.used;
     outcome.time_ms = started.elapsed().as_secs_f64() * 1e3;
     outcome
+}
+
+/// A first way to every goal that has one.
+fn searched<F: Field>(
+    field: &F,
+    request: &Request,
+    start: Point,
+    memory: &mut Memory,
+    shortening: Shortening,
+    random: &mut Random,
+    budget: &mut Budget,
+) -> Stops {
+    let goals = &request.goals;
+    let growth = request.growth(field);
+    let wanted: Vec<bool> = (goals.iter())
+        .map(|&goal| field.point_clear(goal, request.radius))
+        .collect();
+    if request.algorithm == Algorithm::MultiGoal {
+        let grown = memory.take_tree(field, start, goals, growth, shortening);
+        one_tree(field, request, start, wanted, grown, random, budget)
+    } else {
+        staged(field, request, start, &wanted, growth, random, budget)
+    }
 }
 
 /// Figure 3: one tree from the start that seeks all goals; the lattice settles what the tree has not reached.

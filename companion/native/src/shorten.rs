@@ -3,6 +3,8 @@
 //! The cost of a path is its length plus `corner_cost` for every corner, so that a rover that turns on the
 //! spot can ask for few corners.
 
+use std::time::Instant;
+
 use crate::budget::Budget;
 use crate::field::Field;
 use crate::geometry::{distance, path_length, Point};
@@ -12,6 +14,15 @@ use crate::random::Random;
 pub struct Shortening {
     pub radius: f64,
     pub corner_cost: f64,
+    /// When to leave a path as good as it is by then.
+    pub deadline: Option<Instant>,
+}
+
+impl Shortening {
+    fn late(&self) -> bool {
+        self.deadline
+            .is_some_and(|deadline| Instant::now() >= deadline)
+    }
 }
 
 pub fn cost(path: &[Point], corner_cost: f64) -> f64 {
@@ -99,9 +110,13 @@ fn push_distinct(path: &mut Vec<Point>, p: Point) {
 }
 
 /// Pulls every vertex inward as far as both of its edges stay clear.
-pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], radius: f64) -> f64 {
+pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) -> f64 {
+    let radius = settings.radius;
     let mut gained = 0.0;
     for index in 1..path.len().saturating_sub(1) {
+        if settings.late() {
+            break;
+        }
         let (before, at, after) = (path[index - 1], path[index], path[index + 1]);
         let (back, ahead) = (distance(before, at), distance(at, after));
         if back + ahead <= 0.0 {
@@ -160,7 +175,7 @@ pub fn cut_corners<F: Field>(field: &F, path: &mut Vec<Point>, settings: Shorten
 pub fn settle<F: Field>(field: &F, path: &mut Vec<Point>, settings: Shortening, sweeps: usize) {
     skip_vertices(field, path, settings.radius);
     for _ in 0..sweeps {
-        let gained = pull_taut(field, path, settings.radius);
+        let gained = pull_taut(field, path, settings);
         skip_vertices(field, path, settings.radius);
         if gained < 1e-4 * path_length(path) {
             break;
@@ -172,11 +187,11 @@ pub fn settle<F: Field>(field: &F, path: &mut Vec<Point>, settings: Shortening, 
 pub fn polish<F: Field>(field: &F, path: &mut Vec<Point>, settings: Shortening) {
     settle(field, path, settings, 12);
     for _ in 0..3 {
-        if !cut_corners(field, path, settings) {
+        if settings.late() || !cut_corners(field, path, settings) {
             break;
         }
         for _ in 0..4 {
-            if pull_taut(field, path, settings.radius) < 1e-4 {
+            if pull_taut(field, path, settings) < 1e-4 {
                 break;
             }
         }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use crate::budget::Budget;
+use crate::budget::{Budget, Pace};
 use crate::connect;
 use crate::field::Field;
 use crate::geometry::{distance, path_length, Point};
 use crate::lattice::Lattice;
 use crate::memory::{name_of, Name};
-use crate::mend::mended;
+use crate::mend::Mender;
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -43,6 +43,33 @@ pub struct Tour {
     pub nodes: usize,
     /// When the first valid tour was known.
     pub first: Instant,
+}
+
+impl Stops {
+    /// All goals, with nothing searched: the old tour leads to them.
+    pub fn mended(start: Point, goals: usize) -> Self {
+        Self {
+            start,
+            visits: (0..goals).collect(),
+            ways: Vec::new(),
+            grown: None,
+            lattice: None,
+            nodes: 0,
+        }
+    }
+}
+
+impl Tour {
+    /// A tour that is known already.
+    pub fn mended(start: Point, goals: &[Point], legs: Vec<Leg>) -> Self {
+        Self {
+            stops: [&[start], goals].concat(),
+            visits: (0..goals.len()).collect(),
+            nodes: legs.iter().map(|leg| leg.path.len()).sum(),
+            legs,
+            first: Instant::now(),
+        }
+    }
 }
 
 /// Tree extensions that a leg of its own may take.
@@ -136,7 +163,7 @@ impl<F: Field> Search<'_, F> {
             return tour;
         };
         let points = tour.stops.clone();
-        let mut bridges = None;
+        let mut mender = Mender::default();
         let name = |stop: usize| (stop > 0).then(|| name_of(points[stop])).flatten();
         let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
         let sequence = if any_order {
@@ -144,8 +171,8 @@ impl<F: Field> Search<'_, F> {
                 let old = kept.remove(&(name(from), name(to)));
                 let old = old.or_else(|| kept.remove(&(name(to), name(from))).map(reversed));
                 let ends = (points[from], points[to]);
-                let mended = old
-                    .and_then(|old| mended(self.field, &mut bridges, &old, ends, self.shortening));
+                let mended =
+                    old.and_then(|old| mender.mended(self.field, &old, ends, self.shortening));
                 let path = if let Some(path) = mended {
                     path
                 } else {
@@ -169,7 +196,7 @@ impl<F: Field> Search<'_, F> {
                 .or_else(|| {
                     let old = kept.remove(&(name(from), name(to)))?;
                     let ends = (points[from], points[to]);
-                    mended(self.field, &mut bridges, &old, ends, self.shortening)
+                    mender.mended(self.field, &old, ends, self.shortening)
                 })
                 .unwrap_or_else(|| {
                     let raw = || raw_leg(stops, grown, from, to);
@@ -190,32 +217,35 @@ impl<F: Field> Search<'_, F> {
         tour
     }
 
-    /// Restarts and shortcuts, leg by leg, until the budget is spent or every leg is a straight line.
+    /// Ways over finer and finer lattices, then restarts and shortcuts, leg by leg, until the budget is spent or every
+    /// leg is a straight line.
     pub fn improve(&mut self, tour: &mut Tour, any_order: bool) {
-        let straight_legs = tour.legs.iter().all(|leg| leg.path.len() <= 2);
-        let legs = tour.legs.len();
-        let ordered = any_order && legs > 1 && !straight_legs;
-        let mut lattice = if straight_legs {
-            None
-        } else {
-            self.budget
-                .lattice_cells(if ordered { legs } else { legs.div_ceil(4) })
-                .and_then(|most| self.finest_lattice(most))
-        };
-        if let Some(lattice) = lattice.as_mut().filter(|_| ordered) {
-            self.reorder(tour, lattice);
+        let winding = |tour: &Tour| tour.legs.iter().any(|leg| leg.path.len() > 2);
+        let radius = self.shortening.radius;
+        let mut pace = Pace::default();
+        for spacing in self.field.lattice_spacings(radius) {
+            let (low, high) = self.field.bounds();
+            let cells = (high.x - low.x) * (high.y - low.y) / (spacing * spacing);
+            if !winding(tour) || !self.budget.affords(pace.expected(cells), cells) {
+                break;
+            }
+            let began = Instant::now();
+            let mut lattice = Lattice::new(self.field, spacing, radius);
+            if any_order && tour.legs.len() > 1 {
+                self.reorder(tour, &mut lattice);
+            } else {
+                self.retrace(tour, &mut lattice);
+            }
+            pace.saw(cells, began.elapsed().as_secs_f64());
         }
         let mut round = 0usize;
         let mut best: Vec<f64> = tour.legs.iter().map(|leg| self.cost(&leg.path)).collect();
-        while !self.budget.exhausted()
-            && !self.budget.late()
-            && tour.legs.iter().any(|leg| leg.path.len() > 2)
-        {
+        while !self.budget.exhausted() && !self.budget.late() && winding(tour) {
             for (leg, best) in tour.legs.iter_mut().zip(&mut best) {
                 if leg.path.len() <= 2 || !self.budget.spend() {
                     continue;
                 }
-                let (candidate, nodes) = self.candidate(leg, *best, round, &mut lattice);
+                let (candidate, nodes) = self.candidate(leg, *best, round);
                 tour.nodes += nodes;
                 if let Some(mut path) = candidate {
                     shorten::polish(self.field, &mut path, self.shortening);
@@ -230,22 +260,11 @@ impl<F: Field> Search<'_, F> {
         }
     }
 
-    /// Something that may become a better leg: the leg itself, the lattice's way, shortcuts, or a fresh search.
-    fn candidate(
-        &mut self,
-        leg: &Leg,
-        best: f64,
-        round: usize,
-        lattice: &mut Option<Lattice>,
-    ) -> (Option<Vec<Point>>, usize) {
+    /// Something that may become a better leg: the leg itself, shortcuts, or a fresh search.
+    fn candidate(&mut self, leg: &Leg, best: f64, round: usize) -> (Option<Vec<Point>>, usize) {
         let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
         if round == 0 {
             return (Some(leg.path.clone()), 0);
-        }
-        if let Some(lattice) = lattice.as_mut().filter(|_| round == 1) {
-            let budget = &*self.budget;
-            let mut found = search::paths(lattice, self.field, from, &[to], || budget.late());
-            return (found.pop().flatten(), 0);
         }
         if round % 4 == 3 {
             let mut path = leg.path.clone();
@@ -257,69 +276,65 @@ impl<F: Field> Search<'_, F> {
         (path.filter(|path| self.cost(path) < 1.1 * best), nodes)
     }
 
-    /// The finest of the field's lattices with at most so many cells.
-    fn finest_lattice(&self, most: usize) -> Option<Lattice> {
-        let radius = self.shortening.radius;
-        let (low, high) = self.field.bounds();
-        let cells = |spacing: f64| (high.x - low.x) * (high.y - low.y) / (spacing * spacing);
-        self.field
-            .lattice_spacings(radius)
-            .into_iter()
-            .rfind(|&spacing| cells(spacing) <= most as f64)
-            .map(|spacing| Lattice::new(self.field, spacing, radius))
+    /// The lattice's way, pulled taut; none when there is none or time is up.
+    fn lattice_way(&self, lattice: &mut Lattice, from: Point, to: Point) -> Option<Vec<Point>> {
+        let budget = &*self.budget;
+        let found = search::paths(lattice, self.field, from, &[to], || budget.late());
+        let mut path = found.into_iter().next().flatten()?;
+        shorten::settle(self.field, &mut path, self.shortening, 3);
+        Some(path)
     }
 
-    /// The best order by the lattice's ways between all stops, taken when that tour is shorter.
-    fn reorder(&mut self, tour: &mut Tour, lattice: &mut Lattice) {
-        let stops = tour.stops.clone();
-        let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
-        let mut lengths = vec![vec![f64::INFINITY; stops.len()]; stops.len()];
-        for from in 0..stops.len() - 1 {
-            let budget = &*self.budget;
-            let found = search::paths(lattice, self.field, stops[from], &stops[from + 1..], || {
-                budget.late()
-            });
-            for (to, path) in (from + 1..).zip(found) {
-                if let Some(mut path) = path {
-                    shorten::settle(self.field, &mut path, self.shortening, 3);
-                    lengths[from][to] = path_length(&path);
-                    paths.insert((from, to), path);
+    /// Each leg by the lattice's way where that is shorter.
+    fn retrace(&mut self, tour: &mut Tour, lattice: &mut Lattice) {
+        for leg in &mut tour.legs {
+            if leg.path.len() <= 2 || self.budget.late() {
+                continue;
+            }
+            let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
+            if let Some(path) = self.lattice_way(lattice, from, to) {
+                if self.cost(&path) < self.cost(&leg.path) {
+                    leg.path = path;
                 }
             }
         }
+    }
+
+    /// The best order by the lattice's ways between stops, taken when that tour is shorter.
+    fn reorder(&mut self, tour: &mut Tour, lattice: &mut Lattice) {
+        let stops = tour.stops.clone();
+        let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
         // What the tour has already may be shorter than what the lattice can say.
         let mut from = 0usize;
         for leg in &tour.legs {
             let to = 1 + tour.visits.iter().position(|&v| v == leg.goal).unwrap_or(0);
-            let (a, b) = (from.min(to), from.max(to));
-            let length = path_length(&leg.path);
-            if length < lengths[a][b] {
-                lengths[a][b] = length;
-                let path = leg.path.clone();
-                paths.insert((a, b), if a == from { path } else { reversed(path) });
-            }
+            let path = leg.path.clone();
+            let path = if from < to { path } else { reversed(path) };
+            paths.insert((from.min(to), from.max(to)), path);
             from = to;
         }
-        let both_ways: Vec<Vec<f64>> = (0..stops.len())
-            .map(|a| {
-                (0..stops.len())
-                    .map(|b| lengths[a.min(b)][a.max(b)])
-                    .collect()
-            })
-            .collect();
+        let order = order::lazily(straight(&stops), |from, to| {
+            let key = (from.min(to), from.max(to));
+            let known = paths.get(&key).map(|path| path_length(path));
+            if self.budget.late() {
+                return known.unwrap_or(f64::INFINITY);
+            }
+            let way = self.lattice_way(lattice, stops[key.0], stops[key.1]);
+            let length = way.as_deref().map_or(f64::INFINITY, path_length);
+            if let Some(path) = way.filter(|_| known.is_none_or(|known| length < known)) {
+                paths.insert(key, path);
+            }
+            length.min(known.unwrap_or(f64::INFINITY))
+        });
         let mut legs = Vec::new();
         let mut from = 0usize;
-        for to in order::order(&both_ways) {
-            let Some(path) = paths.get(&(from.min(to), from.max(to))) else {
+        for to in order {
+            let Some(path) = paths.get(&(from.min(to), from.max(to))).cloned() else {
                 return;
             };
             legs.push(Leg {
                 goal: tour.visits[to - 1],
-                path: if from < to {
-                    path.clone()
-                } else {
-                    reversed(path.clone())
-                },
+                path: if from < to { path } else { reversed(path) },
             });
             from = to;
         }

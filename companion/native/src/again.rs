@@ -1,0 +1,83 @@
+//! The last plan's tour made valid on a changed map. Where that works, neither the tree nor a flood is needed.
+
+use std::collections::BTreeSet;
+
+use crate::field::Field;
+use crate::geometry::{path_length, Point};
+use crate::memory::{name_of, Memory, Name, Repair};
+use crate::mend::Mender;
+use crate::shorten::Shortening;
+use crate::tour::Leg;
+
+/// A mended leg that is longer than it was by more than this is compared with another way.
+const LONGER: f64 = 1.25;
+/// A mended tour in any order that is longer by more than this gives up the order.
+const MUCH_LONGER: f64 = 1.4;
+
+/// Legs in order through all goals; none when one of them can't be mended, is new, or the order should be thought over.
+pub fn mended_tour<F: Field>(
+    field: &F,
+    memory: &mut Memory,
+    start: Point,
+    goals: &[Point],
+    any_order: bool,
+    settings: Shortening,
+) -> Option<Vec<Leg>> {
+    let names: Vec<Name> = goals.iter().map(|&goal| name_of(goal)).collect();
+    let sequence: Vec<usize> = if any_order {
+        let distinct: BTreeSet<&Name> = names.iter().collect();
+        if distinct.len() < names.len() || memory.order.len() != names.len() {
+            return None;
+        }
+        let number = |name| names.iter().position(|other| other == name);
+        memory.order.iter().map(number).collect::<Option<_>>()?
+    } else {
+        (0..goals.len()).collect()
+    };
+    let known = |from: Name, to: Name| memory.legs.get(&(from, to));
+    let mut from: Name = None;
+    for &goal in &sequence {
+        known(from, names[goal])?;
+        from = names[goal];
+    }
+    if !goals
+        .iter()
+        .all(|&goal| field.point_clear(goal, settings.radius))
+    {
+        return None;
+    }
+    let mut mender = Mender::default();
+    let mut legs = Vec::with_capacity(goals.len());
+    let (mut at, mut from) = (start, None);
+    let (mut before, mut after) = (0.0, 0.0);
+    for goal in sequence {
+        let old = memory.legs.get(&(from, names[goal]))?;
+        let ends = (at, goals[goal]);
+        let mended = mender.mended(field, old, ends, settings);
+        let long = |path: &Vec<Point>| path_length(path) > LONGER * path_length(old);
+        let other = if mended.as_ref().is_none_or(long) {
+            mender.other_way(field, ends, settings)
+        } else {
+            None
+        };
+        let shorter = |a: &Vec<Point>, b: &Vec<Point>| path_length(a).total_cmp(&path_length(b));
+        let Some(path) = mended.into_iter().chain(other).min_by(shorter) else {
+            // No other search may spend its time on this leg again.
+            memory.legs.remove(&(from, names[goal]));
+            return None;
+        };
+        before += path_length(old);
+        after += path_length(&path);
+        legs.push(Leg { goal, path });
+        (at, from) = (goals[goal], names[goal]);
+    }
+    if any_order && after > MUCH_LONGER * before {
+        return None;
+    }
+    memory.repair = Repair {
+        kept: mender.kept,
+        pruned: mender.dropped,
+        rewired: mender.bridges,
+    };
+    Some(legs)
+}

@@ -144,7 +144,8 @@ box or up to 10 cm beside it (as the boxes tell 10 cm). Scores are the networks'
 ### Probabilities
 
 Candidates of the zones, each zone calibrated on the others. Expected calibration error
-{calibration_error(truth, p):.3f} over all, nearly all of which are plain ground and easy; {_error_from(truth, p, 0.1):.3f} where a mine has at least
+{calibration_error(truth, p):.3f} over all, nearly all of which are plain ground and easy;
+{_error_from(truth, p, 0.1):.3f} where a mine has at least
 0.1, {_error_from(truth, p, 0.3):.3f} where it has at least 0.3.
 
 {reliability_table(truth, p)}

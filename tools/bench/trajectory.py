@@ -6,9 +6,9 @@
 Half of the paths lie in the open, where a corner may be cut by up to 2 to 20 cm; the other half are planned between
 circles (multi-goal RRT), where the map says how much. toppra (https://github.com/hungpham2511/toppra) gets the very
 path that was made of them, and the limits of speed, acceleration, turn rate, turn acceleration, lateral acceleration,
-clearance and sight. It knows no limit of jerk: what this project's limits of jerk cost is inside the ratio. Turns on the spot
-cost toppra the fastest turn with limited speed and acceleration. Limits are checked on 40 states a segment, computed
-here by exact evaluation of each segment, not by the code that the rover checks itself with.
+clearance and sight. It knows no limit of jerk: what this project's limits of jerk cost is inside the ratio. Turns on
+the spot cost toppra the fastest turn with limited speed and acceleration. Limits are checked on 40 states a segment,
+computed here by exact evaluation of each segment, not by the code that the rover checks itself with.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def _toppra(stretch: Stretch, limits: DrivingLimits) -> float:
     for piece in stretch.pieces:
         count = 40 if piece.angle else max(2, math.ceil(piece.length / GRID))
         for number in range(1, count + 1):
-            phi, first, bend, _ = corner.derivatives(number / count)
+            phi, first, bend, _ = corner.derivatives(number / count, piece.shape)
             curvature = piece.angle / piece.length * first
             lateral = math.sqrt(limits.lateral / max(abs(curvature), 1e-9))
             grid.append(begin + piece.length * number / count)

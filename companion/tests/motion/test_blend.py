@@ -24,23 +24,38 @@ def curves(stretches):
     return [piece for stretch in stretches for piece in stretch.pieces if piece.angle]
 
 
+SHAPES = range(len(corner.LEVELS))
+
+
+def sampled(piece, count):
+    columns = (np.array([v]) for v in (piece.x, piece.y, piece.heading, piece.angle, piece.length, piece.shape))
+    return corner.points(*columns, count)[0]
+
+
+def cut_of(piece):
+    return piece.length * corner.tangent_and_cut(np.array([piece.angle]), np.array([piece.shape]))[1][0]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("degrees", [1, 20, 60, 90, 119])
-def test_a_curve_leaves_one_leg_and_joins_the_other_with_the_cut_that_is_said(degrees):
+def test_a_curve_leaves_one_leg_and_joins_the_other_with_the_cut_that_is_said(degrees, shape):
+    form = np.array([shape])
     angle = np.array([math.radians(degrees)])
-    tangent, cut = (each[0] for each in corner.tangent_and_cut(angle))
+    tangent, cut = (each[0] for each in corner.tangent_and_cut(angle, form))
     zero, one = np.zeros(1), np.ones(1)
-    points = corner.points(zero, zero, zero, angle, one, 64)[0]
+    points = corner.points(zero, zero, zero, angle, one, form, 64)[0]
     joined = tangent + tangent * np.array([math.cos(angle[0]), math.sin(angle[0])]) * [1, 1]
     assert points[-1] == pytest.approx([joined[0], tangent * math.sin(angle[0])], abs=1e-6)
     assert math.dist(points[32], (tangent, 0.0)) == pytest.approx(cut, abs=1e-6)
 
 
-def test_the_shape_has_the_peaks_that_the_limits_are_computed_from():
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_shape_has_the_peaks_that_the_limits_are_computed_from(shape):
     u = np.linspace(0.0, 1.0, 2001)
-    values = np.array([corner.derivatives(float(each)) for each in u])
-    assert values[:, 1].max() == pytest.approx(corner.PEAK_CURVATURE)
-    assert np.abs(values[:, 2]).max() == pytest.approx(corner.PEAK_SLOPE, rel=2e-3)
-    assert values[:, 0] == pytest.approx(corner.turned(u), abs=1e-12)
+    values = np.array([corner.derivatives(float(each), shape) for each in u])
+    assert values[:, 1].max() == pytest.approx(corner.PEAK_CURVATURE[shape])
+    assert np.abs(values[:, 2]).max() == pytest.approx(corner.PEAK_SLOPE[shape], rel=4e-3)
+    assert values[:, 0] == pytest.approx(corner.turned(u, shape), abs=1e-12)
     assert np.gradient(values[:, 0], u)[1:-1] == pytest.approx(values[1:-1, 1], abs=1e-3)
 
 
@@ -58,8 +73,7 @@ def test_pieces_join_without_a_gap_or_a_kink_and_no_corner_is_cut_by_more_than_a
             assert math.dist((piece.x, piece.y), (x, y)) < 1e-6
             assert math.remainder(piece.heading - heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
             assert piece.length > 0.0
-            each = [np.array([value]) for value in (piece.x, piece.y, piece.heading, piece.angle, piece.length)]
-            points = corner.points(*each, 16)[0]
+            points = sampled(piece, 64)
             (x, y), heading = points[-1], piece.heading + piece.angle
             if piece.angle:
                 near = min(math.dist(point, vertex) for vertex in path for point in points)
@@ -91,10 +105,9 @@ def test_a_curve_stays_where_the_map_is_free(exact):
             ground = Ground(ground.play)
         path = [(0.5, 1.0), (1.5, 1.0), (1.5, 2.0)]
         found = curves(blend_path(path, LIMITS, BlendSettings(most_cut=0.4), ground))
-        cuts.append(found[0].length * corner.tangent_and_cut(np.array([math.pi / 2]))[1][0] if found else 0.0)
+        cuts.append(cut_of(found[0]) if found else 0.0)
         for piece in found:
-            each = [np.array([value]) for value in (piece.x, piece.y, piece.heading, piece.angle, piece.length)]
-            assert field.clearance(corner.points(*each, 200)[0]).min() >= 0.15
+            assert field.clearance(sampled(piece, 200)).min() >= 0.15
     assert cuts[0] >= cuts[1] >= cuts[2] >= cuts[3] > 0.0
     assert cuts[3] < 0.8 * cuts[0]
 
@@ -113,9 +126,7 @@ def test_a_corner_that_wraps_around_a_post_is_cut_by_the_room_there_is_and_no_mo
     free = blend_path(path, LIMITS, BlendSettings(most_cut=0.3), Ground.of(CircleField(3.0, 3.0, []), 0.15))
     assert len(free) == 1
     room = apex - 0.35
-    assert all(
-        piece.length * corner.tangent_and_cut(np.array([piece.angle]))[1][0] <= room for piece in curves(stretches)
-    )
+    assert all(cut_of(piece) <= room for piece in curves(stretches))
 
 
 def test_a_sweep_is_called_clear_only_where_it_is():
@@ -133,10 +144,23 @@ def test_a_sweep_is_called_clear_only_where_it_is():
     assert 0 < exact.sum() < 400
 
 
+def test_small_corners_get_the_shape_of_least_jerk_and_large_ones_that_of_least_curvature():
+    angles = np.radians([10.0, 40.0, 80.0, 119.0])
+    chosen = LIMITS.corner_shape(angles)
+    assert corner.LEVELS[chosen[0]] == 0.0
+    assert corner.LEVELS[chosen[-1]] > 0.2
+    assert (np.diff(chosen) >= 0).all()
+    length = np.full(4, 0.1)
+    best = LIMITS.corner_speed(angles, length, chosen)
+    for shape in SHAPES:
+        assert (LIMITS.corner_speed(angles, length, np.full(4, shape)) <= best * (1 + 1e-12)).all()
+
+
 def test_speed_falls_with_curvature_clearance_and_sight():
-    slow, fast = (float(v) for v in LIMITS.corner_speed(np.full(2, math.pi / 2), np.array([0.2, 0.5])))
+    shape = LIMITS.corner_shape(np.full(2, math.pi / 2))
+    slow, fast = (float(v) for v in LIMITS.corner_speed(np.full(2, math.pi / 2), np.array([0.2, 0.5]), shape))
     assert 0.0 < slow < fast < LIMITS.travel.speed
-    assert slow**2 * corner.PEAK_CURVATURE * (math.pi / 2) / 0.2 <= LIMITS.lateral
+    assert slow**2 * corner.PEAK_CURVATURE[shape[0]] * (math.pi / 2) / 0.2 <= LIMITS.lateral
     field = CircleField(4.0, 2.0, [(2.0, 1.26, 0.1)])
     pieces = blend_path([(0.5, 1.0), (3.5, 1.0)], LIMITS, ground=Ground.of(field, 0.15))[0].pieces
     speeds = {round(piece.speed, 3) for piece in pieces}

@@ -48,7 +48,7 @@ class Piece:
     """A straight line (`angle` 0) or a curve of corner.py that turns by `angle` radians, left positive.
 
     Begins at (x, y) in `heading`; `speed` is the most that it may be driven at. `bound`: the part of it that the ground
-    says, clearance and sight, whatever the limits of the axes are.
+    says, clearance and sight, whatever the limits of the axes are. `shape`: of corner.py, for a curve.
     """
 
     x: float
@@ -58,12 +58,13 @@ class Piece:
     angle: float
     speed: float
     bound: float
+    shape: int = 0
 
     def curvature(self, s: float) -> float:
         """1/m at arc length `s` from its beginning."""
         if self.angle == 0.0:
             return 0.0
-        return self.angle / self.length * corner.derivatives(s / self.length)[1]
+        return self.angle / self.length * corner.derivatives(s / self.length, self.shape)[1]
 
 
 @dataclass(frozen=True)
@@ -93,16 +94,17 @@ def blend_path(
     lengths = np.hypot(legs[:, 0], legs[:, 1])
     headings = np.arctan2(legs[:, 1], legs[:, 0])
     angles = np.mod(np.diff(headings) + math.pi, 2.0 * math.pi) - math.pi
-    curve, speed = _curves(points, lengths, headings, angles, limits, settings, ground)
+    shape = limits.corner_shape(angles)
+    curve, speed = _curves(points, lengths, headings, angles, shape, limits, settings, ground)
     taken = np.zeros(len(angles))
     rounded = curve > 0.0
     if rounded.any():
-        taken[rounded] = curve[rounded] * corner.tangent_and_cut(angles[rounded])[0]
-    bound = np.minimum(limits.travel.speed, limits.sight_speed(angles, np.maximum(curve, 1e-9)))
+        taken[rounded] = curve[rounded] * corner.tangent_and_cut(angles[rounded], shape[rounded])[0]
+    bound = np.minimum(limits.travel.speed, limits.sight_speed(angles, np.maximum(curve, 1e-9), shape))
     if ground is not None and limits.clearance_time > 0.0 and rounded.any():
         bound = np.minimum(bound, _clearance_at(points, legs, lengths, taken, limits, ground))
-    speeds = (np.minimum(speed, bound), bound)
-    return _assemble(points, headings, lengths, angles, curve, taken, speeds, settings.kink, limits, ground)
+    turns = (angles, curve, taken, np.minimum(speed, bound), bound, shape)
+    return _assemble(points, headings, lengths, turns, settings.kink, limits, ground)
 
 
 def _distinct(path: ArrayLike, shortest: float) -> Array:
@@ -134,6 +136,7 @@ def _curves(
     lengths: Array,
     headings: Array,
     angles: Array,
+    shape: corner.Shapes,
     limits: DrivingLimits,
     settings: BlendSettings,
     ground: Ground | None,
@@ -141,9 +144,9 @@ def _curves(
     """Length of the curve at each corner, 0 where it is turned on the spot, and the speed on it."""
     size = np.abs(angles)
     wanted = (size <= settings.sharpest) & (settings.most_cut > 0.0)
-    tangent, cut = corner.tangent_and_cut(np.where(wanted, size, 0.0))
+    tangent, cut = corner.tangent_and_cut(np.where(wanted, size, 0.0), shape)
     # As long as full speed needs, as long as the cut allows, and as long as both legs have room for.
-    length = np.minimum(np.maximum(limits.corner_length(size), 0.01), settings.most_cut / np.maximum(cut, 1e-12))
+    length = np.minimum(np.maximum(limits.corner_length(size, shape), 0.01), settings.most_cut / np.maximum(cut, 1e-12))
     length = np.where(wanted, length, 0.0)
     need = length * tangent
     # Beside a place of rest a curve leaves room to reach its speed: a curve is driven at one speed.
@@ -154,11 +157,11 @@ def _curves(
     demand = np.concatenate([[0.0], need]) + np.concatenate([need, [0.0]])
     share = np.minimum(room / np.maximum(demand, 1e-12), 1.0)
     length = length * np.minimum(share[:-1], share[1:])
-    speed = limits.corner_speed(size, np.maximum(length, 1e-9))
+    speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
     length = length * _room_for_braking(lengths, length * tangent, speed, limits)
-    speed = limits.corner_speed(size, np.maximum(length, 1e-9))
+    speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
     if ground is not None:
-        length, speed = _shrink(points, headings, angles, length, speed, tangent, limits, settings, ground)
+        length, speed = _shrink(points, headings, angles, shape, length, speed, tangent, limits, settings, ground)
     length = np.where(speed >= limits.lowest_speed, length, 0.0)
     return length, speed
 
@@ -180,6 +183,7 @@ def _shrink(
     points: Array,
     headings: Array,
     angles: Array,
+    shape: corner.Shapes,
     length: Array,
     speed: Array,
     tangent: Array,
@@ -194,22 +198,31 @@ def _shrink(
         if not len(left):
             break
         trial = length[left] * share
-        clear = _clear(points[left + 1], headings[left], angles[left], trial, tangent[left], settings, ground)
+        clear = _clear(
+            points[left + 1], headings[left], angles[left], shape[left], trial, tangent[left], settings, ground
+        )
         result[left[clear]] = trial[clear]
         left = left[~clear]
     done = result > 0.0
-    fastest[done] = limits.corner_speed(angles[done], result[done])
+    fastest[done] = limits.corner_speed(angles[done], result[done], shape[done])
     return result, fastest
 
 
 def _clear(
-    at: Array, heading: Array, angle: Array, length: Array, tangent: Array, settings: BlendSettings, ground: Ground
+    at: Array,
+    heading: Array,
+    angle: Array,
+    shape: corner.Shapes,
+    length: Array,
+    tangent: Array,
+    settings: BlendSettings,
+    ground: Ground,
 ) -> NDArray[np.bool_]:
     """True for curves along which the disc touches nothing: chords, and how far the curve bulges beyond them."""
     back = length * tangent
     x, y = at[:, 0] - back * np.cos(heading), at[:, 1] - back * np.sin(heading)
-    curve = corner.points(x, y, heading, angle, length, CHORDS)
-    bulge = corner.PEAK_CURVATURE * np.abs(angle) * length / (8.0 * CHORDS**2)
+    curve = corner.points(x, y, heading, angle, length, shape, CHORDS)
+    bulge = corner.PEAK_CURVATURE[shape] * np.abs(angle) * length / (8.0 * CHORDS**2)
     a, b = curve[:, :-1].reshape(-1, 2), curve[:, 1:].reshape(-1, 2)
     swept = ground.swept(a, b, np.repeat(bulge + settings.slack, CHORDS))
     result: NDArray[np.bool_] = swept.reshape(-1, CHORDS).all(axis=1)
@@ -239,15 +252,16 @@ def _assemble(
     points: Array,
     headings: Array,
     lengths: Array,
-    angles: Array,
-    curve: Array,
-    taken: Array,
-    speeds: tuple[Array, Array],
+    turns: tuple[Array, Array, Array, Array, Array, corner.Shapes],
     kink: float,
     limits: DrivingLimits,
     ground: Ground | None,
 ) -> list[Stretch]:
-    """Lines and curves in order, cut into stretches where the rover turns on the spot."""
+    """Lines and curves in order, cut into stretches where the rover turns on the spot.
+
+    `turns`: of each corner the angle, the length of its curve, what that takes of each leg, speed, bound and shape.
+    """
+    angles, curve, taken, speed, bound, shape = turns
     before = np.concatenate([[0.0], taken])
     after = np.concatenate([taken, [0.0]])
     unit_x, unit_y = np.cos(headings), np.sin(headings)
@@ -258,8 +272,9 @@ def _assemble(
     stretches: list[Stretch] = []
     pieces: list[Piece] = []
     columns = (begin_x, begin_y, headings, rest, end_x, end_y)
-    turns = (np.append(curve, 0.0), np.append(angles, math.inf), *(np.append(each, 0.0) for each in speeds))
-    for x, y, heading, length, x1, y1, bend, angle, v, bound in zip(*(c.tolist() for c in (*columns, *turns)), strict=True):
+    at_end = (np.append(angles, math.inf), *(np.append(each, 0) for each in (curve, speed, bound, shape)))
+    rows = zip(*(column.tolist() for column in (*columns, *at_end)), strict=True)
+    for x, y, heading, length, x1, y1, angle, bend, v, ground_speed, form in rows:
         if length > 1e-9:
             if bounded:
                 assert ground is not None
@@ -268,7 +283,7 @@ def _assemble(
             else:
                 pieces.append(Piece(x, y, heading, length, 0.0, limits.travel.speed, limits.travel.speed))
         if bend > 0.0:
-            pieces.append(Piece(x1, y1, heading, bend, angle, v, bound))
+            pieces.append(Piece(x1, y1, heading, bend, angle, v, ground_speed, form))
         elif abs(angle) > kink:
             stretches.append(Stretch(tuple(pieces)))
             pieces = []

@@ -1,55 +1,75 @@
-"""The curve that rounds a corner: five equal parts of constant third derivative of heading over arc length.
+"""The curve that rounds a corner: parts of constant third derivative of heading over arc length, + − 0 − +.
 
-Driven at constant speed v its heading is a row of five constant-jerk segments (jerk = v³ times that derivative), so the
+Driven at constant speed v its heading is a row of constant-jerk segments (jerk = v³ times that derivative), so the
 firmware drives this very curve and no approximation of it. Curvature rises and falls along generalised clothoids and is
-level in the middle fifth; curvature, its slope and the heading's acceleration are continuous. Over the unit interval
+level in between; curvature, its slope and the heading's acceleration are continuous. Over the unit interval the level
+part has the share m, each of the others r = (1 − m)/4, and φ(0) = 0, φ(1) = 1:
 
-    φ''' = 41.7 · (+1, −1, 0, −1, +1),   φ(0) = 0, φ(1) = 1,   most φ' = 5/3, most φ'' = 25/3.
+    φ''' = P · (+1, −1, 0, −1, +1),   P = 1 / (r² (2r + m)),   most φ' = P r², most φ'' = P r.
 
-A corner of angle θ and length L has heading θ φ(s/L). All functions take arrays, one element a corner.
+The shorter the level part, the less jerk and the more curvature a corner needs: small corners are bound by the one,
+large ones by the other, so there are several shapes (LEVELS). A corner of angle θ and length L has heading θ φ(s/L).
+Functions take arrays, one element a corner; `shape` is an index into LEVELS.
 """
 
 from __future__ import annotations
+
+import bisect
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Shapes = NDArray[np.int64]
 
-PARTS = 5
+LEVELS = (0.0, 0.1, 0.2, 0.35)
 SIGNS = (1.0, -1.0, 0.0, -1.0, 1.0)
-PEAK_CURVATURE = 5.0 / 3.0  # times θ / L
-PEAK_SLOPE = 25.0 / 3.0  # times θ / L²
-PEAK_THIRD = 125.0 / 3.0  # times θ / L³
 
-# φ, φ', φ'' at the beginning of each part.
-_AT_START = (
-    (0.0, 0.0, 0.0),
-    (1 / 18, 5 / 6, 25 / 3),
-    (1 / 3, 5 / 3, 0.0),
-    (2 / 3, 5 / 3, 0.0),
-    (17 / 18, 5 / 6, -25 / 3),
-)
-_STARTS = np.array(_AT_START)
-_SIGNS = np.array(SIGNS)
+_LEVEL = np.array(LEVELS)
+SIDE = (1.0 - _LEVEL) / 4.0
+PEAK_THIRD = 1.0 / (SIDE**2 * (2.0 * SIDE + _LEVEL))  # times θ / L³
+PEAK_SLOPE = PEAK_THIRD * SIDE  # times θ / L²
+PEAK_CURVATURE = PEAK_SLOPE * SIDE  # times θ / L
 
 
-def turned(u: Array) -> Array:
+def _starts(level: float, side: float, third: float) -> list[tuple[float, float, float, float]]:
+    """u, φ, φ', φ'' at the beginning of each part."""
+    found = []
+    u = value = first = second = 0.0
+    for sign, width in zip(SIGNS, (side, side, level, side, side), strict=True):
+        found.append((u, value, first, second))
+        jerk = sign * third
+        value += width * (first + width * (second / 2.0 + width * jerk / 6.0))
+        first += width * (second + width * jerk / 2.0)
+        second += width * jerk
+        u += width
+    return found
+
+
+_STARTS = [_starts(*each) for each in zip(LEVELS, SIDE.tolist(), PEAK_THIRD.tolist(), strict=True)]
+_EDGES = [[start[0] for start in starts[1:]] for starts in _STARTS]
+_THIRDS = PEAK_THIRD.tolist()
+_START_ARRAY, _EDGE_ARRAY, _SIGN_ARRAY = np.array(_STARTS), np.array(_EDGES), np.array(SIGNS)
+
+
+def turned(u: Array, shape: int) -> Array:
     """φ: the share of the corner's angle that is turned after the share `u` of its length."""
     u = np.clip(u, 0.0, 1.0)
-    part = np.minimum((u * PARTS).astype(np.int64), PARTS - 1)
-    r = u - part / PARTS
-    at = _STARTS[part]
-    result: Array = at[..., 0] + r * (at[..., 1] + r * (at[..., 2] / 2.0 + r * _SIGNS[part] * PEAK_THIRD / 6.0))
+    part = np.searchsorted(_EDGE_ARRAY[shape], u, side="right")
+    at = _START_ARRAY[shape][part]
+    r = u - at[..., 0]
+    third = _SIGN_ARRAY[part] * PEAK_THIRD[shape]
+    result: Array = at[..., 1] + r * (at[..., 2] + r * (at[..., 3] / 2.0 + r * third / 6.0))
     return result
 
 
-def derivatives(u: float) -> tuple[float, float, float, float]:
+def derivatives(u: float, shape: int) -> tuple[float, float, float, float]:
     """φ, φ', φ'', φ''' at the share `u` of the length, a number."""
-    part = min(int(max(u, 0.0) * PARTS), PARTS - 1)
-    r = min(max(u, 0.0), 1.0) - part / PARTS
-    third = SIGNS[part] * PEAK_THIRD
-    value, first, second = _AT_START[part]
+    u = min(max(u, 0.0), 1.0)
+    part = bisect.bisect_right(_EDGES[shape], u)
+    begin, value, first, second = _STARTS[shape][part]
+    r, third = u - begin, SIGNS[part] * _THIRDS[shape]
     return (
         value + r * (first + r * (second / 2.0 + r * third / 6.0)),
         first + r * (second + r * third / 2.0),
@@ -58,22 +78,36 @@ def derivatives(u: float) -> tuple[float, float, float, float]:
     )
 
 
-# Simpson's rule over half the curve: the other half mirrors it.
-_HALF = 16
-_NODES = np.linspace(0.0, 0.5, _HALF + 1)
-_WEIGHTS = np.array([1.0, *([4.0, 2.0] * (_HALF // 2))[: _HALF - 1], 1.0]) / (3.0 * _HALF) / 2.0
-_FROM_MIDDLE = 0.5 - turned(_NODES)
+def part_at(u: float, shape: int) -> tuple[float, float]:
+    """φ''' from the share `u` of the length on, and the share up to which it stays so."""
+    part = bisect.bisect_right(_EDGES[shape], u)
+    return SIGNS[part] * _THIRDS[shape], (*_EDGES[shape], 1.0)[part]
 
 
-def tangent_and_cut(angle: Array) -> tuple[Array, Array]:
+def _half_curve(shape: int) -> tuple[Array, Array]:
+    """0.5 − φ at the nodes of a quadrature over the first half of the curve, part by part, and its weights."""
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    edges = np.array([0.0, *_EDGES[shape][:2], 0.5])
+    widths = np.diff(edges)[:, None]
+    u = edges[:-1, None] + widths * (nodes + 1.0) / 2.0
+    return 0.5 - turned(u.ravel(), shape), (widths * weights / 2.0).ravel()
+
+
+# The other half mirrors the first.
+_HALVES = [_half_curve(shape) for shape in range(len(LEVELS))]
+_FROM_MIDDLE, _WEIGHTS = np.array([each[0] for each in _HALVES]), np.array([each[1] for each in _HALVES])
+
+
+def tangent_and_cut(angle: Array, shape: Shapes) -> tuple[Array, Array]:
     """Per metre of curve: from the corner to where the curve leaves its leg, and from the corner to the curve.
 
     `angle`: radians, |angle| < π.
     """
     angle = np.abs(angle)
-    offsets = angle[:, None] * _FROM_MIDDLE
-    half_chord = np.cos(offsets) @ _WEIGHTS
-    depth = np.sin(offsets) @ _WEIGHTS
+    offsets = angle[:, None] * _FROM_MIDDLE[shape]
+    weights = _WEIGHTS[shape]
+    half_chord = (np.cos(offsets) * weights).sum(axis=1)
+    depth = (np.sin(offsets) * weights).sum(axis=1)
     half = angle / 2.0
     return half_chord / np.cos(half), half_chord * np.tan(half) - depth
 
@@ -81,14 +115,17 @@ def tangent_and_cut(angle: Array) -> tuple[Array, Array]:
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
-def points(x: Array, y: Array, heading: Array, angle: Array, length: Array, count: int) -> Array:
+@lru_cache(maxsize=8)
+def _turned_at_nodes(count: int) -> Array:
+    """(shapes, count, 2): φ at the Gauss nodes of `count` equal parts."""
+    nodes = (np.arange(count)[:, None] + (_GAUSS + 1.0) / 2.0) / count
+    return np.array([turned(nodes, shape) for shape in range(len(LEVELS))])
+
+
+def points(x: Array, y: Array, heading: Array, angle: Array, length: Array, shape: Shapes, count: int) -> Array:
     """(N, count + 1, 2): points at equal distances along each of N curves that begin at (x, y) in `heading`."""
-    edges = np.linspace(0.0, 1.0, count + 1)
-    step = 1.0 / count
-    nodes = edges[:-1, None] + step * (_GAUSS + 1.0) / 2.0
-    phi = turned(nodes)
-    directions = heading[:, None, None] + angle[:, None, None] * phi
-    scale = length[:, None] * (step / 2.0)
+    directions = heading[:, None, None] + angle[:, None, None] * _turned_at_nodes(count)[shape]
+    scale = length[:, None] / (2.0 * count)
     result = np.empty((len(x), count + 1, 2))
     for axis, (origin, steps) in enumerate(
         ((x, (np.cos(directions) @ _GAUSS_WEIGHTS) * scale), (y, (np.sin(directions) @ _GAUSS_WEIGHTS) * scale))

@@ -33,10 +33,10 @@ class Curve(Polyline):
         for piece in stretch.pieces:
             points.append((piece.x, piece.y))
             if piece.angle:
-                points += _inner(piece)
+                points += _points(piece, POINTS)[1:-1]
             joints.append(len(points))
         last = stretch.pieces[-1]
-        points.append(_end(last))
+        points.append(_points(last, POINTS if last.angle else 1)[-1])
         super().__init__(points)
         self.pieces = stretch.pieces
         # Arc length of the chords at which each piece begins, and the end.
@@ -59,7 +59,7 @@ class Curve(Polyline):
         piece = self.pieces[number]
         if not piece.angle:
             return self._turned[number]
-        return self._turned[number] + piece.angle * corner.derivatives(self._share(number, s))[0]
+        return self._turned[number] + piece.angle * corner.derivatives(self._share(number, s), piece.shape)[0]
 
     def turning(self, s: float) -> tuple[float, float]:
         """Curvature (1/m) and its slope (1/m²) at `s`."""
@@ -67,7 +67,7 @@ class Curve(Polyline):
         piece = self.pieces[number]
         if not piece.angle:
             return 0.0, 0.0
-        _, first, second, _ = corner.derivatives(self._share(number, s))
+        _, first, second, _ = corner.derivatives(self._share(number, s), piece.shape)
         return piece.angle / piece.length * first, piece.angle / piece.length**2 * second
 
     def curved_within(self, begin: float, end: float) -> bool:
@@ -86,9 +86,9 @@ class Curve(Polyline):
             begin, end = self.joints[number], self.joints[number + 1]
             jerk = 0.0
             if piece.angle:
-                part = min(int(self._share(number, s) * corner.PARTS + 1e-9), corner.PARTS - 1)
-                end = begin + (end - begin) * (part + 1) / corner.PARTS
-                jerk = corner.SIGNS[part] * corner.PEAK_THIRD * piece.angle / piece.length**3 * speed**3
+                third, until = corner.part_at(self._share(number, s) + 1e-9, piece.shape)
+                end = begin + (end - begin) * until
+                jerk = third * piece.angle / piece.length**3 * speed**3
             time = min(max((end - s) / speed, 1e-6), left)
             found.append((time, jerk))
             left -= time
@@ -150,15 +150,10 @@ def _to_joint(
     return profile.pieces, Axis(0.0, leave, 0.0), x
 
 
-def _inner(piece: Piece) -> list[Point]:
+def _points(piece: Piece, count: int) -> list[Point]:
     columns = (np.array([v]) for v in (piece.x, piece.y, piece.heading, piece.angle, piece.length))
-    return [(float(x), float(y)) for x, y in corner.points(*columns, POINTS)[0, 1:-1]]
-
-
-def _end(piece: Piece) -> Point:
-    columns = (np.array([v]) for v in (piece.x, piece.y, piece.heading, piece.angle, piece.length))
-    x, y = corner.points(*columns, 1 if not piece.angle else POINTS)[0, -1].tolist()
-    return x, y
+    found = corner.points(*columns, np.array([piece.shape]), count)[0]
+    return [(float(x), float(y)) for x, y in found]
 
 
 def together(a: Sequence[tuple[float, float]], b: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

@@ -66,35 +66,44 @@ class DrivingLimits:
         result: Array = a * (np.sqrt(lag * lag + 2.0 * distance / a) - lag)
         return result
 
-    def corner_speed(self, angle: Array, length: Array) -> Array:
+    def corner_shape(self, angle: Array) -> corner.Shapes:
+        """The shape of corner.py in which corners of `angle` radians are turned through soonest."""
+        angle, heading = np.abs(angle)[:, None], self.heading
+        rate = corner.PEAK_CURVATURE / heading.speed * angle
+        acceleration = np.sqrt(corner.PEAK_SLOPE / heading.acceleration * angle)
+        jerk = np.cbrt(corner.PEAK_THIRD / heading.jerk * angle)
+        result: corner.Shapes = np.argmin(np.maximum(np.maximum(rate, acceleration), jerk), axis=1)
+        return result
+
+    def corner_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
         """Fastest constant speed through corners of `angle` radians over `length` metres of curve."""
         angle = np.maximum(np.abs(angle), 1e-12)
-        curvature = corner.PEAK_CURVATURE * angle / length
+        curvature = corner.PEAK_CURVATURE[shape] * angle / length
         heading = self.heading
         fastest = [
             heading.speed / curvature,
             np.sqrt(self.lateral / curvature),
-            length * np.sqrt(heading.acceleration / (corner.PEAK_SLOPE * angle)),
-            length * np.cbrt(heading.jerk / (corner.PEAK_THIRD * angle)),
-            self.sight_speed(angle, length),
+            length * np.sqrt(heading.acceleration / (corner.PEAK_SLOPE[shape] * angle)),
+            length * np.cbrt(heading.jerk / (corner.PEAK_THIRD[shape] * angle)),
+            self.sight_speed(angle, length, shape),
         ]
         return np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
 
-    def sight_speed(self, angle: Array, length: Array) -> Array:
+    def sight_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
         """Most speed at which the rover stops within the arc of the curve that its sonars cover."""
-        curvature = corner.PEAK_CURVATURE * np.maximum(np.abs(angle), 1e-12) / length
+        curvature = corner.PEAK_CURVATURE[shape] * np.maximum(np.abs(angle), 1e-12) / length
         return self.stopping_speed(np.minimum(self.sight_range, 2.0 * self.sight_angle / curvature))
 
-    def corner_length(self, angle: Array) -> Array:
+    def corner_length(self, angle: Array, shape: corner.Shapes) -> Array:
         """The shortest curve that takes corners of `angle` radians at full speed, by all but sight."""
         angle = np.abs(angle)
         v, heading = self.travel.speed, self.heading
-        peak = corner.PEAK_CURVATURE * angle
+        peak = corner.PEAK_CURVATURE[shape] * angle
         needed = [
             peak * v / heading.speed,
             peak * v * v / self.lateral,
-            v * np.sqrt(corner.PEAK_SLOPE * angle / heading.acceleration),
-            v * np.cbrt(corner.PEAK_THIRD * angle / heading.jerk),
+            v * np.sqrt(corner.PEAK_SLOPE[shape] * angle / heading.acceleration),
+            v * np.cbrt(corner.PEAK_THIRD[shape] * angle / heading.jerk),
         ]
         result: Array = np.max(needed, axis=0)
         return result

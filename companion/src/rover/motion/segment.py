@@ -52,8 +52,8 @@ class Segment:
             return []
         durations, travel, heading, _, _ = zip(*rows, strict=True)
         jerks = (*travel, *heading)
-        fits = DURATION_MIN_US <= min(durations) and max(durations) <= DURATION_MAX_US
-        if not (fits and -JERK_MAX - 1 <= min(jerks) and max(jerks) <= JERK_MAX):
+        fits = min(durations) >= DURATION_MIN_US and max(durations) <= DURATION_MAX_US
+        if not (fits and min(jerks) >= -JERK_MAX - 1 and max(jerks) <= JERK_MAX):
             return [cls(*row) for row in rows]  # raises at the first that does not fit
         found = []
         for duration_us, jerk_travel, jerk_heading, begin, rest in rows:

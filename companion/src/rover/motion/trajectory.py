@@ -2,7 +2,7 @@
 
 Every line is planned from the state that the quantised segments so far end in, and every curve turns by what is missing
 to the heading after it: rounding does not add up. Curves are driven at constant speed, where corner.py makes their
-heading exactly five constant-jerk segments.
+heading exactly a few constant-jerk segments.
 """
 
 from __future__ import annotations
@@ -70,13 +70,16 @@ class _Row:
         self.numbers.append((duration_us, jerk_travel, jerk_heading, self._begin, False))
         self._begin = False
 
-    def bend(self, part_us: int, jerk_heading: int) -> None:
-        """The five parts of a curve, without jerk of travel; never the beginning of a run."""
-        t = corner.PARTS * part_us * 1e-6
+    def bend(self, side_us: int, level_us: int, jerk_heading: int) -> None:
+        """The parts of a curve, without jerk of travel; never the beginning of a run."""
+        t = (4 * side_us + level_us) * 1e-6
         self.travel += t * (self.speed + t * self.acceleration / 2.0)
         self.speed += t * self.acceleration
-        up, down = (part_us, 0, jerk_heading, False, False), (part_us, 0, -jerk_heading, False, False)
-        self.numbers += (up, down, (part_us, 0, 0, False, False), down, up)
+        up, down = (side_us, 0, jerk_heading, False, False), (side_us, 0, -jerk_heading, False, False)
+        if level_us:
+            self.numbers += (up, down, (level_us, 0, 0, False, False), down, up)
+        else:
+            self.numbers += (up, (2 * side_us, 0, -jerk_heading, False, False), up)
 
     def rest(self) -> None:
         """What was added last ends at rest; what comes next begins a run."""
@@ -142,7 +145,8 @@ def _drive(row: _Row, stretch: Stretch, limits: DrivingLimits, starts: list[int]
         if piece.angle == 0.0:
             _line(row, due - row.travel, leave, piece.speed, limits)
         else:
-            _curve(row, due - row.travel, wrap_angle(piece.heading + piece.angle - row.heading))
+            angle = wrap_angle(piece.heading + piece.angle - row.heading)
+            _curve(row, due - row.travel, angle, corner.LEVELS[piece.shape])
     row.rest()
 
 
@@ -160,12 +164,18 @@ def _line(row: _Row, distance: float, leave: float, most: float, limits: Driving
         row.add(duration, jerk, 0)
 
 
-def _curve(row: _Row, distance: float, angle: float) -> None:
-    """Five equal parts at constant speed: turn rate and acceleration are exactly zero again at the end."""
+def _curve(row: _Row, distance: float, angle: float, level: float) -> None:
+    """The parts of a curve at constant speed, the level one of the share `level`.
+
+    Turn rate and acceleration are exactly zero again at the end.
+    """
     if row.speed <= 0.0:
         raise MotionError("no motion profile: the rover stands where a curve begins")
-    part = max(round(distance / row.speed * 1e6 / corner.PARTS), DURATION_MIN_US)
-    cubed = (corner.PARTS * part * 1e-6) ** 3
-    jerk = round(corner.PEAK_THIRD * angle / cubed * 1e6)
-    row.bend(part, jerk)
-    row.heading += jerk * 1e-6 * cubed / corner.PEAK_THIRD
+    duration = distance / row.speed * 1e6
+    level_us = round(level * duration)
+    level_us = level_us if level_us >= DURATION_MIN_US else 0
+    side_us = max(round((duration - level_us) / 4.0), DURATION_MIN_US)
+    turn = (side_us * 1e-6) ** 2 * (2 * side_us + level_us) * 1e-6  # radians for each rad/s³ of jerk
+    jerk = round(angle / turn * 1e6)
+    row.bend(side_us, level_us, jerk)
+    row.heading += jerk * 1e-6 * turn

@@ -90,8 +90,8 @@ def test_an_echo_comes_after_its_flight_time() -> None:
     answer = ping(with_obstacle(1.0, 0.0), CENTRE)
     assert answer is not None
     waited_ms, echo_us = answer
-    assert echo_us == round(2e6 * 0.9 / 343.0)
-    assert waited_ms == math.ceil((450 + echo_us) / 1000)
+    assert echo_us == round(900.5 * 2e3 / 343.0)
+    assert waited_ms == math.ceil((806 + 450 + echo_us) / 1000)
 
 
 def test_without_an_obstacle_the_timer_gives_up() -> None:

@@ -1,17 +1,18 @@
-//! Battery voltage: the converter samples on its own, the control loop takes what is there.
+//! Battery voltage: each tick takes the conversion that the last one began, and begins the next.
 
 use embassy_rp::adc::{Adc, Blocking, Channel, Config};
 use embassy_rp::gpio::Pull;
 use embassy_rp::pac;
+use embassy_time::Instant;
 
 use crate::life;
 use crate::pins::{BatteryPins, ADC_REFERENCE_MV, BATTERY_DIVIDER};
 
-/// Periods of its 48 MHz clock from one conversion to the next: 1 ms, one for each tick.
-const DIVIDER: u16 = 48_000 - 1;
 /// Conversions per value, against the ripple of the motors; 12 bits each.
 const SAMPLES: u32 = 8;
-const FULL_SCALE: u32 = 4_096 * SAMPLES;
+const FULL_SCALE: u32 = 4_096;
+/// A value is made at whole multiples of this time of the clock.
+const VALUE_US: u64 = SAMPLES as u64 * 1_000;
 
 /// The converter with its pin.
 pub struct Battery {
@@ -35,19 +36,17 @@ impl Battery {
             w.set_en(true);
             w.set_err(true);
         });
-        pac::ADC.div().write(|w| w.set_int(DIVIDER));
-        pac::ADC.cs().modify(|w| w.set_start_many(true));
         Self {
             _adc: adc,
             _channel: channel,
             sum: 0,
             count: 0,
-            millivolts: millivolts(sum),
+            millivolts: millivolts(sum, SAMPLES),
         }
     }
 
-    /// Latest voltage in mV. A conversion that failed is left out.
-    pub fn measure(&mut self) -> u16 {
+    /// Voltage in mV at the tick of time `now`. A conversion that failed is left out.
+    pub fn measure(&mut self, now: Instant) -> u16 {
         while !pac::ADC.fcs().read().empty() {
             let sample = pac::ADC.fifo().read();
             if sample.err() {
@@ -56,16 +55,20 @@ impl Battery {
             life::BATTERY.show();
             self.sum += u32::from(sample.val());
             self.count += 1;
-            if self.count == SAMPLES {
-                self.millivolts = millivolts(self.sum);
-                self.sum = 0;
-                self.count = 0;
-            }
         }
+        if now.as_micros() % VALUE_US == 0 && self.count > 0 {
+            self.millivolts = millivolts(self.sum, self.count);
+            self.sum = 0;
+            self.count = 0;
+        }
+        pac::ADC.cs().modify(|w| w.set_start_once(true));
         self.millivolts
     }
 }
 
-fn millivolts(sum: u32) -> u16 {
-    (sum * ADC_REFERENCE_MV * BATTERY_DIVIDER / FULL_SCALE) as u16
+fn millivolts(sum: u32, count: u32) -> u16 {
+    let full_scale = FULL_SCALE * count;
+    (sum * ADC_REFERENCE_MV * BATTERY_DIVIDER)
+        .checked_div(full_scale)
+        .unwrap_or(0) as u16
 }

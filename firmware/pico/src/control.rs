@@ -37,7 +37,7 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
             now_us: now.as_micros(),
             encoder_left,
             encoder_right,
-            battery_mv: hardware.battery.measure(),
+            battery_mv: hardware.battery.measure(now),
             emergency_stop: emergency::active(),
             sonar: sonar::ECHO.try_take(),
         });

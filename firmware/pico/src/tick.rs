@@ -30,9 +30,12 @@ pub struct Ticker {
 impl Ticker {
     pub fn every(period: Duration) -> Self {
         TIMER.inte().modify(|w| w.set_alarm(ALARM, true));
+        // On whole periods of the clock: the core's times are the same on every board and at every start.
+        let elapsed = Instant::now().as_ticks();
+        let begun = elapsed.checked_rem(period.as_ticks()).unwrap_or(0);
         Self {
             period,
-            next: Instant::now(),
+            next: Instant::from_ticks(elapsed.saturating_sub(begun)),
         }
     }
 

@@ -1,7 +1,8 @@
 //! The UART: its interrupt only receives, the control loop fills its transmit FIFO once a millisecond.
 //!
-//! That is one interrupt for 16 bytes or for the end of a burst, and none at all for sending: 32 bytes of FIFO are more
-//! than the line takes in a millisecond (23), so it never runs dry while there is something to send.
+//! That is one interrupt for 16 bytes or for the end of a burst, and none at all for sending: the FIFO of 32 bytes gets as
+//! many as the line takes in a millisecond (23). It has just run dry when the next ones come, and all that waits longer
+//! can still be overtaken by what is urgent.
 
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::InterruptExt;
@@ -16,8 +17,8 @@ use crate::link::Chunk;
 use crate::overrun::Overrun;
 use crate::pins::{LinkPins, BAUD};
 
-/// Depth of each FIFO.
-const FIFO: usize = 32;
+/// What the line takes from one tick to the next, whole bytes.
+const BYTES_PER_TICK: u32 = BAUD / 10_000;
 /// Time of one byte on the line, with its start and stop bit.
 pub const BYTE_US: u64 = 10_000_000 / BAUD as u64;
 /// The receive timeout comes so long after the last byte (PL011: 32 bits).
@@ -53,10 +54,10 @@ impl Uart {
         Self { _port: port }
     }
 
-    /// As many bytes of the core as the FIFO takes.
+    /// As many bytes of the core as leave until the next tick.
     pub fn send(&mut self, core: &mut Core) {
         let mut byte = [0];
-        for _ in 0..FIFO {
+        for _ in 0..BYTES_PER_TICK {
             if pac::UART0.uartfr().read().txff() || core.transmit(&mut byte) == 0 {
                 return;
             }

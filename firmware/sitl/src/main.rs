@@ -1,5 +1,6 @@
 //! `rover-sitl`: the very core that runs on the board, as a process whose time is what its caller says.
 
+mod battery;
 mod can_adapter;
 mod can_bus;
 mod can_frame;
@@ -15,6 +16,7 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use battery::Converter;
 use options::{Options, USAGE};
 use parameter_file::ParameterFile;
 use rover_core::{board, reset_cause, Core, Identity};
@@ -51,6 +53,7 @@ fn run(options: &Options) -> io::Result<()> {
     };
     let mut core = start(options, options.reset_cause, &mut storage);
     let mut wire = Wire::open(options);
+    let mut converter = Converter::default();
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
     let mut bytes = [0; REQUEST];
     let mut last_us = 0;
@@ -65,12 +68,14 @@ fn run(options: &Options) -> io::Result<()> {
             }
             Err(error) => return Err(error),
         }
-        let request = Request::decode(&bytes);
+        let mut request = Request::decode(&bytes);
         let now_us = request.inputs.now_us;
         last_us = now_us;
         if !wire.receive(&mut core, request.host_bytes_due, now_us, &io::stdin()) {
             return Ok(());
         }
+        let inputs = &mut request.inputs;
+        inputs.battery_mv = converter.measure(now_us, inputs.battery_mv);
         let outputs = core.tick(&request.inputs);
         if let Some(storage) = &mut storage {
             core.serve_storage(storage);

@@ -5,6 +5,8 @@ use rover_core::{Inputs, Outputs, SonarEcho};
 pub const REQUEST: usize = 40;
 pub const REPLY: usize = 16;
 const NO_SENSOR: u8 = 255;
+/// Steps of the board's PWM in one period.
+const PWM_STEPS: i32 = 6_250;
 
 /// A decoded request.
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +34,18 @@ impl Request {
     }
 }
 
+/// What the board's PWM makes of a duty in Q15: whole steps, cut off towards zero.
+fn on_the_bridge(duty: i16) -> i16 {
+    let steps = (i32::from(duty.unsigned_abs()) * PWM_STEPS) >> 15;
+    let share = (steps * 32_768 + PWM_STEPS / 2) / PWM_STEPS;
+    (share * i32::from(duty.signum())).clamp(-32_768, 32_767) as i16
+}
+
 /// Encode the reply; `bytes_sent` counts what went out on the serial line.
 pub fn encode_reply(outputs: &Outputs, bytes_sent: u64) -> [u8; REPLY] {
     let mut reply = [0; REPLY];
-    reply[0..2].copy_from_slice(&outputs.duty_left.to_le_bytes());
-    reply[2..4].copy_from_slice(&outputs.duty_right.to_le_bytes());
+    reply[0..2].copy_from_slice(&on_the_bridge(outputs.duty_left).to_le_bytes());
+    reply[2..4].copy_from_slice(&on_the_bridge(outputs.duty_right).to_le_bytes());
     reply[4] =
         u8::from(outputs.powered) | u8::from(outputs.led) << 1 | u8::from(outputs.buzzer) << 2;
     reply[5] = outputs.sonar_trigger.unwrap_or(NO_SENSOR);

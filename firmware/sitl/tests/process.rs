@@ -217,7 +217,10 @@ fn saved_parameters_are_in_the_file_for_the_next_process() {
     rig.send(&m::ParameterCommand {
         command: m::parameter_command_command::SAVE,
     });
-    rig.tick();
+    for _ in 0..20 {
+        rig.tick();
+    }
+    rig.frames();
     assert_eq!(ask(&mut rig), 400);
     drop(rig);
     assert_eq!(ask(&mut Rig::start_with(&options)), 400);

@@ -6,8 +6,18 @@ use crate::obstacle::Obstacle;
 use crate::pose::Pose;
 use crate::random::Random;
 
+/// From the tick that asks for a ping until its trigger pulse is surely over, microseconds.
+const TRIGGER_US: u64 = 806;
 /// From the trigger until the burst has left and the echo pin rises, microseconds (HC-SR04: 8 cycles and settling).
 const BURST_US: u64 = 450;
+/// What the burst may take longer.
+const LATE_BURST_US: u64 = 100;
+/// An echo that ended so shortly before a tick or after it would be heard in this tick or in the next, as it happens.
+const BEFORE_TICK_US: u64 = 40;
+const AFTER_TICK_US: u64 = 60;
+const TICK_US: u64 = 1_000;
+/// Echo time of a millimetre as the firmware converts it at its default speed of sound, microseconds.
+const MILLIMETRE_US: f64 = 2e3 / 343.0;
 /// The rover's echo timer gives up after this time: later than any echo from the greatest range (23.3 ms), sooner
 /// than the next sensor's turn.
 const TIMEOUT_US: u64 = 27_000;
@@ -79,10 +89,13 @@ impl Sonar {
         let echo = echo.map(|range| {
             let sigma = self.config.noise + self.config.noise_fraction * range;
             let measured = (range + sigma * noise).max(self.config.minimum_range);
-            (2e6 * measured / self.sound_speed).round() as u32
+            middle_of_millimetre(2e6 * measured / self.sound_speed)
         });
         self.pending[index] = Some(match echo {
-            Some(echo_us) => (now_us + BURST_US + u64::from(echo_us), echo_us),
+            Some(echo_us) => (
+                now_us + TRIGGER_US + burst_us(echo_us) + u64::from(echo_us),
+                echo_us,
+            ),
             None => (now_us + TIMEOUT_US, 0),
         });
     }
@@ -107,6 +120,22 @@ impl Sonar {
             }
         }
         None
+    }
+}
+
+/// The echo in the middle of the firmware's millimetre, so that a stamp which is 2 us late makes no other one of it.
+fn middle_of_millimetre(echo_us: f64) -> u32 {
+    (((echo_us / MILLIMETRE_US).floor() + 0.5) * MILLIMETRE_US).round() as u32
+}
+
+/// Length of the burst before an echo: such that the echo does not end while the firmware looks for it.
+/// `hil_tests/rover_hil/emulator/board.py` has the same rule for the edges of the pin.
+fn burst_us(echo_us: u32) -> u64 {
+    let end = (TRIGGER_US + BURST_US + u64::from(echo_us)) % TICK_US;
+    if (AFTER_TICK_US..TICK_US - BEFORE_TICK_US).contains(&end) {
+        BURST_US
+    } else {
+        BURST_US + LATE_BURST_US
     }
 }
 

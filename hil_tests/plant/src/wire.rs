@@ -1,4 +1,5 @@
-//! Baud timing from the host to the firmware: bytes written at one moment arrive one after the other.
+//! Baud timing from the host to the firmware: bytes written at one moment arrive one after the other, and each
+//! millisecond carries whole bytes, as an adapter on USB hands them over.
 
 /// Ten bit times carry a byte (start, eight data, stop).
 const BITS_PER_BYTE: u64 = 10;
@@ -40,9 +41,12 @@ impl Wire {
             self.credit = 0;
             return self.arrived;
         }
-        self.credit += elapsed_us * self.baud;
-        let bytes = (self.credit / (BITS_PER_BYTE * MICROSECONDS)).min(self.written - self.arrived);
-        self.credit -= bytes * BITS_PER_BYTE * MICROSECONDS;
+        const BYTE: u64 = BITS_PER_BYTE * MICROSECONDS;
+        let elapsed = elapsed_us * self.baud;
+        self.credit += elapsed;
+        let whole = (self.credit / BYTE).min((elapsed / BYTE).max(1));
+        let bytes = whole.min(self.written - self.arrived);
+        self.credit = (self.credit - bytes * BYTE).min(BYTE);
         self.arrived += bytes;
         self.arrived
     }

@@ -10,10 +10,24 @@ from rover_hil.emulator.quadrature import edges
 from rover_hil.emulator.tick_pipe import Request
 
 TICK_CYCLES = 1000 * CYCLES_PER_US
-BURST_US = 450
-"""From the trigger until the echo pin of an HC-SR04 rises, as in the plant."""
+PHASE_US = 806
+"""The board's millisecond begins and ends so long after a tick of its control loop: by then the tick's outputs are
+out, and what has happened in the world's millisecond comes in time for the next one."""
+EDGES_US = 150
+"""In which the encoders turn by what they have turned in a millisecond, well before the tick."""
+BURST_US, LATE_BURST_US = 450, 100
+"""From the trigger until the echo pin of an HC-SR04 rises, and what it may take longer, as in the plant."""
+BEFORE_TICK_US, AFTER_TICK_US = 40, 60
+"""An echo that ended so near to a tick would be heard in this one or in the next, as it happens."""
 SILENCE_US = 38_000
 """How long the echo pin stays high when nothing comes back."""
+
+
+def burst_us(echo_us: int) -> int:
+    """Length of the burst before an echo, such that the echo does not end while the firmware looks for it; the same
+    rule as in hil_tests/plant/src/sonar.rs."""
+    end = (PHASE_US + BURST_US + echo_us) % 1000
+    return BURST_US if AFTER_TICK_US <= end < 1000 - BEFORE_TICK_US else BURST_US + LATE_BURST_US
 
 
 class Board:
@@ -32,23 +46,27 @@ class Board:
 
     def apply(self, request: Request, start: int) -> None:
         """Sets the inputs of the millisecond that begins at cycle `start`."""
+        self.set_levels(request)
+        before = self._counts or request.counts
+        for wheel, pins in enumerate(wiring.ENCODERS):
+            for cycle, a, b in edges(before[wheel], request.counts[wheel], start, start + EDGES_US * CYCLES_PER_US):
+                self._at(cycle, self._encoder_edge(pins, a, b))
+        self._counts = request.counts
+        if request.ping is not None:
+            sensor, echo_us = request.ping
+            rise = start + (burst_us(echo_us) if echo_us else BURST_US) * CYCLES_PER_US
+            echo = wiring.SONARS[sensor][1]
+            self._at(rise, lambda: self.chip.set_level(echo, True))
+            self._at(rise + (echo_us or SILENCE_US) * CYCLES_PER_US, lambda: self.chip.set_level(echo, False))
+
+    def set_levels(self, request: Request) -> None:
+        """Sets what keeps its level: the battery and the emergency stop."""
         chip = self.chip
         millivolts = request.battery_mv / wiring.BATTERY_DIVIDER
         steps = int(millivolts / wiring.ADC_REFERENCE_MV * wiring.ADC_STEPS)
         chip.adc.channel_values[wiring.BATTERY_CHANNEL] = min(wiring.ADC_STEPS - 1, steps)
         if bool(chip.gpio_values >> wiring.EMERGENCY_STOP & 1) != request.emergency_stop:
             chip.set_level(wiring.EMERGENCY_STOP, request.emergency_stop)
-        before = self._counts or request.counts
-        for wheel, pins in enumerate(wiring.ENCODERS):
-            for cycle, a, b in edges(before[wheel], request.counts[wheel], start, start + TICK_CYCLES):
-                self._at(cycle, self._encoder_edge(pins, a, b))
-        self._counts = request.counts
-        if request.ping is not None:
-            sensor, echo_us = request.ping
-            rise = start + BURST_US * CYCLES_PER_US
-            echo = wiring.SONARS[sensor][1]
-            self._at(rise, lambda: chip.set_level(echo, True))
-            self._at(rise + (echo_us or SILENCE_US) * CYCLES_PER_US, lambda: chip.set_level(echo, False))
 
     def take_trigger(self) -> int | None:
         """Sensor whose trigger pin was pulsed since the last call; the line's fall starts the burst."""

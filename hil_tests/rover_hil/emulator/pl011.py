@@ -79,6 +79,11 @@ class Pl011(BasePeripheral):
         """Start, data, parity and stop bits of one character."""
         return 1 + 5 + (self._lcr >> 5 & 3) + (self._lcr >> 1 & 1) + 1 + (self._lcr >> 3 & 1)
 
+    @property
+    def unsent(self) -> int:
+        """Bytes in the FIFO and in the shift register."""
+        return len(self._tx) + (self._shifting is not None)
+
     def receive(self, byte: int, baud: float, errors: int = 0) -> None:
         """A character whose stop bit ends now, sent at `baud`; `errors` are bits of DR, as a noisy line makes them."""
         if not (self._cr & UART_ENABLE and self._cr & RX_ENABLE):

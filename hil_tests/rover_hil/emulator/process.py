@@ -39,9 +39,12 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
     signal.signal(HANG_SIGNAL, lambda number, _: hangs.append(number))
     # The chip is switched on with the world; its tick number n belongs to the world's millisecond number n.
     start = PHASE_US * CYCLES_PER_US
-    chip.run_until(start)
     while len(data := requests.read(REQUEST.size)) == REQUEST.size:
         request = Request.unpack(data)
+        if chip.clock.cycles < start:
+            board.set_levels(request)
+            chip.run_until(start)
+            board.take_trigger()  # pins that become outputs are no pings
         board.apply(request, start)
         if not wire.receive(request.host_bytes_due, start):
             return

@@ -1,4 +1,8 @@
-"""The serial wire between the descriptor that the rig holds and the UART's pins, with the time of each byte."""
+"""The serial wire between the descriptor that the rig holds and the UART's pins, with the time of each byte.
+
+The host's adapter hands bytes on once a millisecond, as adapters on USB do: what the firmware has put into the UART by
+the end of one millisecond, and what has left by the end of the next, is the host's then.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +27,7 @@ class SerialWire:
         self._arriving: deque[tuple[float, int]] = deque()
         self._alarm = chip.clock.create_alarm(self._arrived)
         self._outgoing = bytearray()
+        self._leaving = 0
         self._uart.on_sent = self._outgoing.append
 
     @property
@@ -49,6 +54,8 @@ class SerialWire:
             self._alarm.schedule_at(round(self._arriving[0][0]))
 
     def transmit(self) -> None:
-        """Hands on what has left the UART."""
-        self._line.write(self._outgoing)
-        self._outgoing.clear()
+        """Hands on what was in the UART a millisecond ago and has left it."""
+        count = min(self._leaving, len(self._outgoing))
+        self._line.write(self._outgoing[:count])
+        del self._outgoing[:count]
+        self._leaving = len(self._outgoing) + self._uart.unsent

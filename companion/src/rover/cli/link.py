@@ -103,9 +103,8 @@ def _on_rig(name: str, transport: str, disturbance: Disturbance, seconds: float,
         process = RigProcess(RigOptions(mission, name, seed, transport=transport), Path(folder) / "rig.log")
         try:
             rig = LockstepRig(process.port, process.control)
-            # Only where firmware and rig count time from the same moment is the firmware's clock known.
-            known = rig.now if name == RigName.SITL.value else None
-            bench = Bench(rig.transport, rig, disturbance, seed, known)
+            # Firmware and rig count time from the same moment, so the firmware's clock is known.
+            bench = Bench(rig.transport, rig, disturbance, seed, rig.now)
             try:
                 return bench.run(seconds, _progress)
             finally:

@@ -126,6 +126,10 @@ class ClockEstimate:
         return fit.origin + (seconds - fit.offset - fit.origin) / (1.0 + fit.drift)
 
     def stamp(self, raw: int, received: float, unit_us: int = 1, bits: int = 32) -> float:
-        """Companion time of a wrapping firmware stamp that was received at companion time `received`."""
+        """Companion time of a wrapping firmware stamp that was received at companion time `received`.
+
+        On a rig that runs in steps the nearest one: the firmware's ticks lie on them, whatever the estimate says.
+        """
         near = self.to_firmware(received) // unit_us
-        return self.to_companion(unwrap(raw, bits, near) * unit_us)
+        time = self.to_companion(unwrap(raw, bits, near) * unit_us)
+        return round(time / self.time_step) * self.time_step if self.time_step else time

@@ -14,6 +14,10 @@ from rover_protocol import framing
 from rover.link.transport import Transport
 
 
+RIG_ADAPTER = 0.000806
+"""Seconds from the beginning of a simulated millisecond until its bytes are on the firmware's line."""
+
+
 @dataclass(frozen=True)
 class Frame:
     """One good frame, and the companion time at which its last byte came."""
@@ -113,11 +117,11 @@ class SerialFrames(FrameTransport):
         return payload + framing.OVERHEAD + 2
 
     def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """By the baud rate. A rig that runs in steps takes a request at the end of the step in which it arrived; all
-        that is answered then is out at that same moment, as far as the step has room for it."""
+        """By the baud rate. The adapter of a rig that runs in steps hands a request on `RIG_ADAPTER` after the step's
+        beginning, and a reply at the end of the step in which it leaves."""
         up, down = (self.wire_bytes(length) * self.bytes.byte_time for length in (request, reply))
         step = self.time_step
-        return (math.ceil(up / step) * step, math.floor(down / step) * step) if step else (up, down)
+        return (RIG_ADAPTER + up, math.ceil(down / step) * step) if step else (up, down)
 
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""

@@ -137,7 +137,8 @@ class LockstepRig:
         on_step: RigStep | None = None,
     ) -> None:
         """`on_step`: takes what enters and leaves the firmware, step by step."""
-        self.transport, self._announce = open_lockstep(port, baud, pipeline)
+        # Before the world has begun to run ahead, what is written leaves at once.
+        self.transport, self._announce = open_lockstep(port, baud, lead=0.0)
         self._on_step = on_step
         self._pipeline_us = round(pipeline * 1e6)
         self._running_to_us: int | None = None
@@ -166,6 +167,7 @@ class LockstepRig:
             self._arrive()
         if self._pipeline_us and self._running_to_us is None:
             self._run(self._now_us + self._pipeline_us)
+            self.transport.lead = self._pipeline_us * 1e-6
 
     def _run(self, to_us: int) -> None:
         """Sets the world going; `_arrive` waits for it."""

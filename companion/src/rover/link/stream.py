@@ -44,6 +44,9 @@ START_MARGIN = 0.04
 START_DELAY = 0.15
 """Seconds from now at which a run starts that missed its time."""
 
+TICK_US = 1000
+"""Period at which the firmware moves its reference."""
+
 Send = Callable[..., object]
 
 
@@ -173,7 +176,8 @@ class SegmentStream:
         item = self._items[position]
         index = (self._base + position) & 0xFFFF
         if item.begin:
-            start_us = self._clock.to_firmware(item.start) & 0xFFFF_FFFF
+            # The firmware's ticks lie on whole milliseconds of its clock.
+            start_us = round(self._clock.to_firmware(item.start) / TICK_US) * TICK_US & 0xFFFF_FFFF
             self._send("SegmentStart", index=index, start_time=start_us)
         segment = item.segment
         flags = (FLAG_BEGIN if item.begin else 0) | (FLAG_REST if segment.rest else 0)

@@ -7,10 +7,12 @@ rig stands in for it, behind a port that speaks the same.
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rover.cli.main import invoke
 from rover.errors import PreflightFailed
 from rover_hil.device.bench import TEST_KEY, TEST_MODE_FLAG, Bench
 from rover_hil.firmware_process import find_binary
@@ -212,3 +214,14 @@ def test_a_restart_is_told(bench: Bench) -> None:
     bench.talk.send("Reboot", magic=0x5242_4F54)
     bench.talk.wait(1.5)
     assert bench.hello()["reset_cause"] == "Software"
+
+
+def test_a_recorded_mission_replays_on_it(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mission = Path(__file__).resolve().parent / "missions" / "look.toml"
+    assert invoke(["run", str(mission), "--seed", "3", "--out", str(tmp_path), "--quiet"]) in (0, 8)
+    capsys.readouterr()
+    log = str(tmp_path / "mission.mcap")
+    assert invoke(["replay", log, "--rig", "device", "--port", port, "--json", "--quiet"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["identical"]
+    assert result["parts"]["firmware"]["compared"] >= 5

@@ -24,11 +24,12 @@ from rover.vision.camera_file import load_camera
 
 from rover_hil.firmware_process import emulator_command, sitl_command
 from rover_hil.replay.board import BoardReplay
+from rover_hil.replay.device import DeviceReplay
 from rover_hil.replay.estimators import IMPORTED, replay_estimators
 from rover_hil.replay.firmware import Compared, FirmwareReplay
 from rover_hil.replay.pace import Pace
 from rover_hil.replay.parameters import write_parameter_file
-from rover_hil.replay.recorded_rig import RecordedRig
+from rover_hil.replay.recorded_rig import RecordedOperator, RecordedRig, RecordedWorld
 
 NOT_BUILD = ("mission", "seed", "rig", "transport", "baud", "cycle_s", "camera", "mission_hash")
 """Parts of a log's origin that are the run's, not the build's."""
@@ -83,9 +84,17 @@ class FirmwarePart(Protocol):
 
 
 def replay(
-    path: Path, rig: str, changes: Changes, pace: Pace, on_time: Callable[[float], None] = lambda _: None
+    path: Path,
+    rig: str,
+    changes: Changes,
+    pace: Pace,
+    on_time: Callable[[float], None] = lambda _: None,
+    port: str | None = None,
 ) -> Replayed:
-    """`rig`: "sitl" or "emulator". `on_time` is told how far it is, seconds. Raises BadInput, PreflightFailed."""
+    """`rig`: "sitl", "emulator" or "device" on `port`. `on_time` is told how far it is, seconds.
+
+    Raises BadInput, PreflightFailed, LinkLost.
+    """
     log = Log(path)
     origin = log.metadata.get("mission")
     if origin is None or "source_hash" not in origin:
@@ -109,26 +118,48 @@ def replay(
             return Replayed(
                 path, rig, frames, None, Compared(comparison.messages, comparison.difference), build, log.cut
             )
-        part = _firmware_part(rig, origin, changes.parameters, scratch, log)
-
-        def on_step(step: RigStep) -> None:
-            at = step.now_us * 1e-6
-            pace.wait(at)
-            on_time(at)
-            part.feed(step)
-
+        part: FirmwarePart
+        if port is None:
+            part = _firmware_part(rig, origin, changes.parameters, scratch, log)
+        elif changes.parameters:
+            raise BadInput("--set: only on --rig sitl")
+        else:
+            part = _Nobody()
         control = Control()
-        recorded = RecordedRig(log, control, on_step)
+        operator = RecordedOperator(log, control)
+
+        def on_arrival(now_us: int) -> None:
+            pace.wait(now_us * 1e-6)
+            on_time(now_us * 1e-6)
+            operator.act(now_us)
+
+        recorded = RecordedRig(log, part.feed)
         try:
-            survey = Survey(mission, Vehicle(), perception, seed)
-            loop = MissionLoop(survey, recorded, comparison, None, control, seed)
-            _drive(loop, comparison)
+            world = RecordedWorld(recorded, log, on_arrival, scratch)
+            try:
+                survey = Survey(mission, Vehicle(), perception, seed)
+                _drive(MissionLoop(survey, world.rig, comparison, None, control, seed), comparison)
+            finally:
+                world.close()
             recorded.drain()
         finally:
             recorded.close()
             firmware = part.finish()
+        if port is not None:
+            firmware = DeviceReplay(log, port).run(on_time)
         companion = Compared(comparison.messages, comparison.difference)
         return Replayed(path, rig, recorded.frames_fed, firmware, companion, build, log.cut)
+
+
+class _Nobody:
+    """In place of a firmware that does not go in lock step with the companion."""
+
+    def feed(self, step: RigStep) -> None:
+        """Nothing."""
+
+    def finish(self) -> Compared:
+        """Nothing was compared."""
+        return Compared(0, None)
 
 
 def _drive(loop: MissionLoop, comparison: Comparison) -> None:

@@ -87,6 +87,8 @@ def command(
     """See HELP."""
     if lock_step and rate is not None:
         raise BadInput("--lock-step and --rate: one of them")
+    if rig is ReplayRig.DEVICE and (lock_step or pause or rate not in (None, 1.0)):
+        raise BadInput("--rig device: a board runs in real time, at rate 1 and without a pause")
     if (port is None) == (rig is ReplayRig.DEVICE):
         raise BadInput("--rig device needs --port" if port is None else f"--port {port}: only with --rig device")
     if (log is None) == (folder is None):
@@ -106,7 +108,7 @@ def command(
     )
     pace = Pace(rate, start, pause)
     with pace.controlled():
-        result = replay(log, rig.value, changes, pace, _progress(quiet))
+        result = replay(log, rig.value, changes, pace, _progress(quiet), port)
     if as_json:
         write_json(document(result))
     else:
@@ -142,7 +144,9 @@ def text_of(result: Replayed) -> str:
     """A few lines for a person."""
     lines = [f"{result.frames} frames"]
     if result.firmware is not None:
-        lines.append(f"firmware ({result.rig}): {result.firmware.count} ticks {_word(result.firmware.difference)}")
+        lines.append(
+            f"firmware ({result.rig}): {result.firmware.count} {_unit(result)} {_word(result.firmware.difference)}"
+        )
     lines.append(f"companion: {result.companion.count} messages {_word(result.companion.difference)}")
     lines += [f"built otherwise than when recorded: {key} {value}" for key, value in result.build.items()]
     if result.cut:
@@ -150,6 +154,10 @@ def text_of(result: Replayed) -> str:
     first = result.first_difference
     lines.append("identical" if first is None else f"first difference: {first}")
     return "\n".join(lines)
+
+
+def _unit(result: Replayed) -> str:
+    return "states and sums" if result.rig == ReplayRig.DEVICE.value else "ticks"
 
 
 def _word(difference: object) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 class FeatureSettings:
     """count: features wanted. columns, rows: cells over which they are spread. threshold_*: FAST threshold's range.
 
+    surplus: keypoints asked for, as a multiple of `count`, so that there is a choice when they are spread.
     patch: side of the BRIEF patch in pixels; features closer than this to the edge are not found.
     """
 
@@ -27,6 +28,7 @@ class FeatureSettings:
     levels: int = 3
     scale: float = 1.3
     patch: int = 25
+    surplus: int = 3
     threshold_start: int = 12
     threshold_min: int = 4
     threshold_max: int = 60
@@ -62,7 +64,7 @@ class FeatureDetector:
         s = self.settings
         self.threshold = self.threshold or s.threshold_start
         self._orb = cv2.ORB_create(
-            nfeatures=3 * s.count,
+            nfeatures=s.surplus * s.count,
             scaleFactor=s.scale,
             nlevels=s.levels,
             edgeThreshold=s.patch // 2 + 2,
@@ -80,13 +82,13 @@ class FeatureDetector:
         keypoints, descriptors = self._orb.compute(picture, [keypoints[i] for i in chosen])
         if descriptors is None:
             return NO_FEATURES
-        points = np.array([k.pt for k in keypoints], dtype=np.float64)
+        points = cv2.KeyPoint_convert(keypoints).astype(np.float64)
+        if self.settings.levels == 1:
+            return Features(points, descriptors, np.ones(len(points)))
         octave = np.array([k.octave for k in keypoints], dtype=np.float64)
         return Features(points, descriptors, self.settings.scale**octave)
 
-    def _keypoints(
-        self, picture: NDArray[np.uint8], mask: NDArray[np.uint8] | None
-    ) -> tuple[cv2.KeyPoint, ...]:
+    def _keypoints(self, picture: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> tuple[cv2.KeyPoint, ...]:
         """At most two tries: a picture much poorer than the last gets a lower threshold at once."""
         s = self.settings
         self._orb.setFastThreshold(self.threshold)
@@ -95,20 +97,18 @@ class FeatureDetector:
             self.threshold = max(s.threshold_min, self.threshold // 2)
             self._orb.setFastThreshold(self.threshold)
             keypoints = self._orb.detect(picture, mask)
-        if len(keypoints) < s.count * 3 // 2:
+        if len(keypoints) < s.count * s.surplus // 2:
             self.threshold = max(s.threshold_min, self.threshold - 1)
-        elif len(keypoints) > s.count * 5 // 2:
+        elif len(keypoints) > s.count * (2 * s.surplus - 1) // 2:
             self.threshold = min(s.threshold_max, self.threshold + 1)
         return keypoints
 
 
-def spread(
-    keypoints: tuple[cv2.KeyPoint, ...], width: int, height: int, settings: FeatureSettings
-) -> NDArray[np.intp]:
+def spread(keypoints: tuple[cv2.KeyPoint, ...], width: int, height: int, settings: FeatureSettings) -> NDArray[np.intp]:
     """Indices of at most `count` keypoints: the cells of a grid take turns, each giving its strongest first."""
     if len(keypoints) <= settings.count:
         return np.arange(len(keypoints))
-    points = np.array([k.pt for k in keypoints])
+    points = cv2.KeyPoint_convert(keypoints).astype(np.float64)
     response = np.array([k.response for k in keypoints])
     column = np.minimum((points[:, 0] * settings.columns / width).astype(int), settings.columns - 1)
     row = np.minimum((points[:, 1] * settings.rows / height).astype(int), settings.rows - 1)

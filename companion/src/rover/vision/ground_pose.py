@@ -20,6 +20,14 @@ from rover.vision.camera import CameraModel
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+COARSE = 2
+"""Iterations that are enough to tell which points fit."""
+
+CONVERGED = 1e-5
+"""A step of so many metres and radians together is far below any noise."""
+
+_REGULAR = 1e-9 * np.eye(3)
+
 
 @dataclass(frozen=True)
 class GroundPoseSettings:
@@ -75,9 +83,7 @@ def solve_ground_pose(
     if inliers is None or inliers.sum() < settings.min_inliers:
         return None
     start = rigid_fit(known[inliers], seen[inliers])
-    pose, covariance, residual = refine(
-        known[inliers], normalized[inliers], camera, start, settings, weight_sigma[inliers]
-    )
+    pose, _, _ = refine(known[inliers], normalized[inliers], camera, start, settings, weight_sigma[inliers], COARSE)
     # Once more with every point that fits the refined pose: the consensus saw it through two noisy points only.
     error = reprojection_error(known, normalized, camera, pose)
     inliers = error <= settings.tolerance_px * weight_sigma
@@ -98,9 +104,7 @@ def metres_per_pixel(depth: Points, camera: CameraModel) -> Points:
     return np.sqrt(np.maximum(depth, 1e-6) ** 3 / (focal_squared * camera.z))
 
 
-def consensus_planar(
-    known: Points, seen: Points, pixel_m: Points, settings: GroundPoseSettings
-) -> Mask | None:
+def consensus_planar(known: Points, seen: Points, pixel_m: Points, settings: GroundPoseSettings) -> Mask | None:
     """Inliers (N,) of the best of many two-point rigid hypotheses, all tested at once; None when there is none."""
     count = len(known)
     if count < 2:
@@ -118,16 +122,22 @@ def consensus_planar(
     if not fits.any():
         return None
     turn = (across_g[fits] * across_s[fits].conj()) / (length_g[fits] * length_s[fits] + 1e-12)
-    middle_g = 0.5 * (g[first[fits]] + g[second[fits]])
-    middle_s = 0.5 * (s[first[fits]] + s[second[fits]])
-    error = np.abs(g[None, :] - middle_g[:, None] - turn[:, None] * (s[None, :] - middle_s[:, None]))
-    agree = error <= 1.5 * tolerance
+    shift = 0.5 * (g[first[fits]] + g[second[fits]]) - turn * (0.5 * (s[first[fits]] + s[second[fits]]))
+    # Every hypothesis moves every point in one product; single precision is a micrometre here.
+    rows = np.vstack((seen.T, np.ones(count))).astype(np.float32)
+    by_x = np.column_stack((turn.real, -turn.imag, shift.real)).astype(np.float32)
+    by_y = np.column_stack((turn.imag, turn.real, shift.imag)).astype(np.float32)
+    off_x, off_y = by_x @ rows, by_y @ rows
+    off_x -= known[:, 0].astype(np.float32)
+    off_y -= known[:, 1].astype(np.float32)
+    off_x *= off_x
+    off_y *= off_y
+    off_x += off_y
+    agree = off_x <= np.square(1.5 * tolerance).astype(np.float32)
     return agree[int(agree.sum(axis=1).argmax())]
 
 
-def consensus_pnp(
-    known: Points, normalized: Points, camera: CameraModel, settings: GroundPoseSettings
-) -> Mask | None:
+def consensus_pnp(known: Points, normalized: Points, camera: CameraModel, settings: GroundPoseSettings) -> Mask | None:
     """Inliers (N,) by OpenCV's RANSAC over a free camera pose (six degrees); None when there is none."""
     cv2.setRNGSeed(settings.seed)
     points = np.column_stack((known, np.zeros(len(known))))
@@ -169,49 +179,44 @@ def refine(
     start: Pose2,
     settings: GroundPoseSettings,
     noise: Points,
+    iterations: int = 0,
 ) -> tuple[Pose2, Points, float]:
     """Robust Gauss-Newton from `start`: pose, covariance (3, 3), rms residual of one axis in pixels.
 
-    Huber weights. The covariance is scaled up, never down, when the residuals are larger than `sigma_px`.
+    iterations: at most so many, 0 for the setting. Huber weights. The covariance is scaled up, never down, when the residuals are larger than `sigma_px`.
     """
-    e = camera.extrinsic
-    rotation, shift = e[:3, :2], e[:3, 3]
-    focal = np.array([camera.fx, camera.fy])
+    mount = camera.extrinsic
+    rotation, shift = mount[:3, :2], mount[:3, 3:]
+    scale = np.array([[camera.fx], [camera.fy]]) / noise
+    seen, points = normalized.T, known.T
     x, y, heading = start.x, start.y, start.heading
-    information = np.eye(3)
-    residual = np.zeros((len(known), 2))
-    weight = np.ones(len(known))
-    for _ in range(settings.iterations):
+    knee = 1.5 * settings.sigma_px * math.sqrt(2.0)
+    jacobian = np.empty((3, 2, len(known)))
+    for _ in range(iterations or settings.iterations):
         c, s = math.cos(heading), math.sin(heading)
-        dx, dy = known[:, 0] - x, known[:, 1] - y
-        px, py = c * dx + s * dy, -s * dx + c * dy
-        camera_points = np.column_stack((px, py)) @ rotation.T + shift
-        inverse_depth = 1.0 / camera_points[:, 2]
-        projected = camera_points[:, :2] * inverse_depth[:, None]
-        residual = (projected - normalized) * focal / noise[:, None]
-        length = np.hypot(residual[:, 0], residual[:, 1])
-        knee = 1.5 * settings.sigma_px * math.sqrt(2.0)
-        weight = np.minimum(1.0, knee / np.maximum(length, 1e-12))
-        # d(projected)/d(base point), then d(base point)/d(x, y, heading).
-        by_base = (
-            rotation[None, :2, :] - projected[:, :, None] * rotation[None, 2:, :]
-        ) * inverse_depth[:, None, None]
-        jacobian = np.empty((len(known), 2, 3))
-        jacobian[:, :, 0] = -by_base[:, :, 0] * c + by_base[:, :, 1] * s
-        jacobian[:, :, 1] = -by_base[:, :, 0] * s - by_base[:, :, 1] * c
-        jacobian[:, :, 2] = by_base[:, :, 0] * py[:, None] - by_base[:, :, 1] * px[:, None]
-        jacobian *= (focal / noise[:, None])[:, :, None]
-        flat = jacobian.reshape(-1, 3)
-        weighted = flat * np.repeat(weight, 2)[:, None]
-        information = weighted.T @ flat
-        step = np.linalg.solve(information + 1e-9 * np.eye(3), -weighted.T @ residual.ravel())
+        # The mount turned with the rover: its columns are the axes of the known points in the camera.
+        turned = rotation @ np.array([[c, s], [-s, c]])
+        offset = points - np.array([[x], [y]])
+        in_camera = turned @ offset + shift
+        inverse_depth = 1.0 / in_camera[2]
+        projected = in_camera[:2] * inverse_depth
+        residual = (projected - seen) * scale
+        squared = residual[0] * residual[0] + residual[1] * residual[1]
+        weight = np.minimum(1.0, knee / np.sqrt(np.maximum(squared, 1e-24)))
+        # d(pixel)/d(x), d(y); a turn moves every point across its offset.
+        steep = scale * inverse_depth
+        for axis in (0, 1):
+            jacobian[axis] = (projected * turned[2, axis] - turned[:2, axis : axis + 1]) * steep
+        jacobian[2] = jacobian[1] * offset[0] - jacobian[0] * offset[1]
+        weighted = (jacobian * weight).reshape(3, -1)
+        information = weighted @ jacobian.reshape(3, -1).T
+        step = np.linalg.solve(information + _REGULAR, -weighted @ residual.ravel()).tolist()
         x, y, heading = x + step[0], y + step[1], heading + step[2]
-        if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-6:
+        if abs(step[0]) + abs(step[1]) + abs(step[2]) < CONVERGED:
             break
     # Huber's weighted sum of squares estimates the noise of one axis; three degrees of freedom are used up.
     freedom = max(1.0, 2.0 * float(weight.sum()) - 3.0)
-    variance = float((weight[:, None] * residual**2).sum()) / freedom
-    scale = max(settings.sigma_px**2, variance)
-    rms = float(np.sqrt(np.mean(residual**2)))
-    covariance = scale * np.linalg.inv(information + 1e-9 * np.eye(3))
-    return Pose2(float(x), float(y), wrap_angle(float(heading))), covariance, rms
+    variance = float(weight @ squared) / freedom
+    rms = math.sqrt(float(squared.mean()) / 2.0)
+    covariance = max(settings.sigma_px**2, variance) * np.linalg.inv(information + _REGULAR)
+    return Pose2(x, y, wrap_angle(heading)), covariance, rms

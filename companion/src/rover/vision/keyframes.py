@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.vision.camera import CameraModel
+from rover.vision.matching import BITS
 
 Points = NDArray[np.float64]
 
@@ -54,16 +55,51 @@ class KeyframeStore:
         uv = np.column_stack(((u.ravel() + 0.5) * w / 6.0, (v.ravel() + 0.5) * h / 5.0))
         ground = self.camera.pixel_to_ground(uv)
         self._samples = ground[np.isfinite(ground).all(axis=1)]
+        # Share of the view of one (row) that another (column) has, as it was when the newer of the two was added.
+        self._shared = np.zeros((0, 0))
+        self._stacked: tuple[list[Keyframe], NDArray[np.float32], NDArray[np.intp]] | None = None
 
     def __len__(self) -> int:
         return len(self.frames)
 
+    def votes(self, asked: NDArray[np.float32], bits: float) -> NDArray[np.intp]:
+        """How many descriptors (N, 256) of ±1 have their nearest of all in each keyframe, within `bits`; (K,)."""
+        # Stacked anew only when keyframes have come or gone: most frames never ask.
+        if self._stacked is None or self._stacked[0] != self.frames:
+            owner = np.repeat(np.arange(len(self.frames)), [len(frame.signs) for frame in self.frames])
+            self._stacked = (list(self.frames), np.concatenate([frame.signs for frame in self.frames]), owner)
+        _, everything, owner = self._stacked
+        agreement = asked @ everything.T
+        nearest = agreement.argmax(axis=1)
+        close = agreement[np.arange(len(asked)), nearest] >= BITS - 2.0 * bits
+        return np.bincount(owner[nearest[close]], minlength=len(self.frames))
+
+    def add(self, frame: Keyframe, poses: Points) -> None:
+        """Appends a keyframe; poses: (K + 1, 3), its own last."""
+        count = len(self.frames)
+        shared = np.zeros((count + 1, count + 1))
+        shared[:count, :count] = self._shared
+        newest = np.repeat(poses[-1:], count, axis=0)
+        shared[count, :count] = self._overlap(newest, poses[:-1])
+        shared[:count, count] = self._overlap(poses[:-1], newest)
+        self._shared = shared
+        self.frames.append(frame)
+
+    def drop(self, index: int) -> None:
+        """Forgets a keyframe; those after it move up by one."""
+        del self.frames[index]
+        self._shared = np.delete(np.delete(self._shared, index, 0), index, 1)
+
     def overlap(self, pose: Points, others: Points) -> Points:
         """Share of the ground seen from `pose` (3,) that is also seen from each of `others` (K, 3); (K,)."""
+        return self._overlap(np.repeat(pose[None, :], len(others), axis=0), others)
+
+    def _overlap(self, poses: Points, others: Points) -> Points:
+        """The same for pairs: (K, 3) and (K, 3) to (K,)."""
         if len(others) == 0 or len(self._samples) == 0:
             return np.zeros(len(others))
-        turn = pose[2] - others[:, 2]
-        dx, dy = pose[0] - others[:, 0], pose[1] - others[:, 1]
+        turn = poses[:, 2] - others[:, 2]
+        dx, dy = poses[:, 0] - others[:, 0], poses[:, 1] - others[:, 1]
         c, s = np.cos(others[:, 2]), np.sin(others[:, 2])
         shift_x, shift_y = c * dx + s * dy, -s * dx + c * dy
         ct, st = np.cos(turn)[:, None], np.sin(turn)[:, None]
@@ -83,11 +119,8 @@ class KeyframeStore:
             chosen[-1 if len(chosen) == self.settings.tries else len(chosen) :] = [best]
         return chosen
 
-    def redundant(self, poses: Points) -> int:
-        """The keyframe that another covers best, the newer of equals; never the first. poses: (K, 3)."""
-        covered = np.zeros(len(poses))
-        for index in range(1, len(poses)):
-            others = self.overlap(poses[index], poses)
-            others[index] = 0.0
-            covered[index] = others.max()
-        return len(poses) - 1 - int(covered[::-1].argmax())
+    def redundant(self) -> int:
+        """The keyframe that another covers best, the newer of equals; never the first."""
+        covered = self._shared.max(axis=1)
+        covered[0] = 0.0
+        return len(covered) - 1 - int(covered[::-1].argmax())

@@ -4,13 +4,15 @@
 
 The filter stands at the time of the last frame; what the wheels said since is applied on top for whoever asks. A frame
 that arrives late therefore needs no undoing: the filter moves up to its exposure, takes it in, and that is all.
+Without wheels (`motion="frames"`) speed and turn rate are part of the state, and frames alone correct them.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,47 +20,51 @@ from numpy.typing import NDArray
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera import CameraModel
-from rover.vision.cluster import NOISE, dbscan
-from rover.vision.features import FeatureDetector, Features, FeatureSettings
-from rover.vision.ground_pose import GroundPose, GroundPoseSettings, metres_per_pixel, solve_ground_pose
-from rover.vision.ground_view import GroundView
+from rover.vision.features import FeatureSettings
 from rover.vision.keyframes import Keyframe, KeyframeSettings, KeyframeStore
-from rover.vision.matching import MatchSettings, hamming, mutual_matches, signs
 from rover.vision.motion_history import MotionHistory
-from rover.vision.pose_filter import MotionNoise, PoseFilter, advance
-from rover.vision.preprocess import Preprocessor, PreprocessSettings
+from rover.vision.motion_model import FreeMotionNoise, MotionNoise, advance, advance_freely
+from rover.vision.observation import Mark, Observation, Observer, no_mark
+from rover.vision.placement import Placement, PlacementSettings, place, search_area
+from rover.vision.pose_filter import PoseFilter
+from rover.vision.preprocess import PreprocessSettings
+from rover.vision.relocation import Proposal, RelocationSettings, propose, same_place
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LocalizerSettings:
-    """search: metres around its expected place in which a feature is looked for, beyond three sigma.
+    """motion: what moves the pose between frames, the wheels or nothing but frames.
 
     gate: squared Mahalanobis distance up to which a pose is believed (99.9 % of three degrees of freedom).
     floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. blur: the same of a keyframe's own
-    features, shared by all fixes against it. epsilon, min_points: of DBSCAN, metres on the ground.
-    lost_after: refused frames in a row after which the rover counts as lost. relocation_inliers: what it takes to
-    believe a place without an expectation. relocation_tries: keyframes asked for one frame while lost.
+    features, shared by all fixes against it. doubt: the same, added for each frame that contradicts what is believed.
+    lost_after: contradicting frames in a row after which the rover counts as lost.
     """
 
+    motion: Literal["wheels", "frames"] = "wheels"
     track_width: float = 0.20
-    search: float = 0.04
     gate: float = 16.3
     floor: tuple[float, float, float] = (0.002, 0.002, 0.002)
     blur: tuple[float, float, float] = (0.002, 0.002, 0.002)
-    epsilon: float = 0.16
-    min_points: int = 5
-    lost_after: int = 10
-    relocation_inliers: int = 25
-    relocation_tries: int = 6
+    doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
+    lost_after: int = 3
     max_lag: float = 1.0
     preprocess: PreprocessSettings = field(default_factory=PreprocessSettings)
-    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=220, levels=1))
-    match: MatchSettings = field(default_factory=MatchSettings)
-    ground_pose: GroundPoseSettings = field(default_factory=GroundPoseSettings)
+    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=180, levels=1, surplus=2))
+    placement: PlacementSettings = field(default_factory=PlacementSettings)
+    relocation: RelocationSettings = field(default_factory=RelocationSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     noise: MotionNoise = field(default_factory=MotionNoise)
+    free_noise: FreeMotionNoise = field(default_factory=FreeMotionNoise)
+
+    @property
+    def motion_sigma(self) -> tuple[float, float]:
+        """Standard deviations of the two numbers of motion while nothing is known."""
+        if self.motion == "wheels":
+            return self.noise.slip_start, self.noise.slip_start
+        return self.free_noise.speed, self.free_noise.turn
 
 
 @dataclass(frozen=True)
@@ -78,15 +84,6 @@ class Fix:
     keyframe: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """One frame's features: ground (N, 2) in base_link, descriptors as ±1, metres per pixel where they lie."""
-
-    ground: Array
-    signs: NDArray[np.float32]
-    pixel_m: Array
-
-
 class Localizer:
     """Pose of base_link in map with its covariance; the pose from the wheels alone is kept beside it."""
 
@@ -96,22 +93,22 @@ class Localizer:
         start: Pose2,
         start_sigma: tuple[float, float, float],
         settings: LocalizerSettings | None = None,
+        mark: Mark = no_mark,
     ) -> None:
         self.settings = s = settings or LocalizerSettings()
         self.camera = camera
         self.odometry_only = start
         self.keyframes = KeyframeStore(camera, s.keyframes)
-        self.filter = PoseFilter(start, start_sigma, s.noise)
+        self.filter = PoseFilter(start, start_sigma, s.motion_sigma)
         self._history = MotionHistory()
-        self._view = GroundView(camera)
-        self._preprocess = Preprocessor(s.preprocess)
-        self._detector = FeatureDetector(s.features)
+        self._observer = Observer(camera, s.preprocess, s.features)
+        self._mark = mark
         self._filter_time = -math.inf
         self._front = self.filter.mean[:5].copy()
         self._front_covariance = self.filter.robot_covariance
         self._past: deque[tuple[float, Array]] = deque(maxlen=100)
-        self._refused = 0
-        self._relocation_next = 0
+        self._contradicted = 0
+        self._proposal: Proposal | None = None
 
     @property
     def pose(self) -> Pose2:
@@ -125,11 +122,13 @@ class Localizer:
 
     @property
     def lost(self) -> bool:
-        """True while frames contradict what is believed, or show nothing known, for too long."""
-        return self._refused >= self.settings.lost_after
+        """True once frames have contradicted what is believed too often in a row, until they show a known place."""
+        return self._contradicted >= self.settings.lost_after
 
     def predict(self, time: float, left: float, right: float) -> None:
-        """Wheel travel in metres that ends at `time`."""
+        """Wheel travel in metres that ends at `time`. Raises ValueError where motion comes from frames alone."""
+        if self.settings.motion == "frames":
+            raise ValueError("wheel travel for a localizer that is to work on frames alone")
         travel = self._history.add(time, left, right)
         self._step_front(travel.left, travel.right)
         turn = (right - left) / self.settings.track_width
@@ -148,6 +147,8 @@ class Localizer:
         """The pose at a time of the last two seconds; the newest for later ones, the oldest kept for earlier ones."""
         if time >= self._filter_time:
             robot = self.filter.mean[:5]
+            if self.settings.motion == "frames" and math.isfinite(self._filter_time):
+                robot, _, _ = advance_freely(robot, time - self._filter_time, self.settings.free_noise)
             for travel in self._history.until(time):
                 robot, _, _ = self._advance(robot, travel.left, travel.right)
             return _pose(robot)
@@ -163,120 +164,94 @@ class Localizer:
     def observe(self, frame: Frame) -> Fix:
         """Takes one frame, exposed at `frame.time`. What is refused leaves the pose to the wheels."""
         if frame.ffc:
-            self._preprocess.forget()
+            self._observer.forget()
             return Fix(frame.time, False, "shutter closed")
         if frame.time < self._filter_time:
             return Fix(frame.time, False, "older than a frame before")
-        seen = self._look(frame)
+        seen = self._observer.look(frame, self._mark)
         self._move_filter(frame.time)
+        self._mark("filter")
         fix = self._locate(frame.time, seen)
-        self._refused = 0 if fix.accepted else self._refused + 1
         self._catch_up()
+        self._mark("filter")
         return fix
 
-    def _look(self, frame: Frame) -> _Seen:
-        picture = self._preprocess.to_8_bit(self._view.look(self._preprocess.clean(frame.counts)))
-        features: Features = self._detector.detect(picture, self._view.mask)
-        ground = self._view.to_base(features.points)
-        _, depth = self.camera.ground_to_normalized(ground)
-        return _Seen(ground, signs(features.descriptors), metres_per_pixel(depth, self.camera))
-
-    def _locate(self, time: float, seen: _Seen) -> Fix:
-        found = len(seen.ground)
-        if found < self.settings.ground_pose.min_inliers:
+    def _locate(self, time: float, seen: Observation) -> Fix:
+        found = len(seen)
+        if found < self.settings.placement.ground_pose.min_inliers:
             return Fix(time, False, "too little texture", found)
         if len(self.keyframes) == 0:
             self._keep(time, seen)
             return Fix(time, True, "first", found, keyframe=True)
         if self.lost:
-            return self._relocate(time, seen)
+            return self._relocate(time, seen, Fix(time, False, "lost", found))
         overlap = self.keyframes.overlap(self.filter.mean[:3], self.filter.keyframe_poses())
-        fix = Fix(time, False, "new ground: placed by the wheels", found)
+        self._mark("filter")
+        fix = Fix(time, False, "new ground", found)
         for index in self.keyframes.candidates(overlap):
             fix = self._correct(time, seen, index)
             if fix.accepted:
                 break
-        new = overlap.max() < self.settings.keyframes.sparse
-        if new and (fix.accepted or overlap.max() < self.settings.keyframes.enough):
+        unknown = overlap.max() < self.settings.keyframes.enough
+        if fix.accepted:
+            self._contradicted, self._proposal = 0, None
+        else:
+            fix = self._relocate(time, seen, fix)
+            if not fix.accepted and unknown and self._proposal is None and self.settings.motion == "wheels":
+                fix = replace(fix, reason="new ground: placed by the wheels", keyframe=True)
+        if fix.keyframe or (fix.accepted and overlap.max() < self.settings.keyframes.sparse):
             self._keep(time, seen)
-            fix = Fix(**{**fix.__dict__, "keyframe": True})
+            return replace(fix, keyframe=True)
         return fix
 
-    def _correct(self, time: float, seen: _Seen, index: int) -> Fix:
+    def _correct(self, time: float, seen: Observation, index: int) -> Fix:
         """One try against one keyframe near where the filter expects it."""
+        s = self.settings
         expected, covariance, _ = self.filter.expected_fix(index)
-        matches, found = self._place(seen, self.keyframes.frames[index], expected, covariance)
-        if found is None:
-            return Fix(time, False, "too few matches agree", len(seen.ground), matches)
-        noise = found.covariance + np.diag(np.square(self.settings.floor))
-        _, distance = self.filter.innovation(index, found.pose, noise)
-        if distance > self.settings.gate:
-            return self._fix(time, False, "contradicts the wheels", seen, matches, found, index)
-        self.filter.update(index, found.pose, noise)
-        return self._fix(time, True, "", seen, matches, found, index)
+        area = search_area(expected, covariance, s.placement)
+        self._mark("filter")
+        made = place(seen, self.keyframes.frames[index], self.camera, area, s.placement, self._mark)
+        if made.found is None:
+            return Fix(time, False, "too few matches agree", len(seen), made.matches)
+        noise = made.found.covariance + np.diag(np.square(s.floor))
+        believed = self.filter.update(index, made.found.pose, noise, s.gate)
+        return self._fix(time, believed, "" if believed else "contradicts the wheels", seen, made, index)
 
-    def _relocate(self, time: float, seen: _Seen) -> Fix:
-        """Asks the next few keyframes without any expectation; the best place wins if enough speaks for it."""
-        best: tuple[int, int, GroundPose] | None = None
-        for _ in range(min(self.settings.relocation_tries, len(self.keyframes))):
-            index = self._relocation_next % len(self.keyframes)
-            self._relocation_next += 1
-            matches, found = self._place(seen, self.keyframes.frames[index], None, None)
-            if found is not None and (best is None or found.count > best[2].count):
-                best = (index, matches, found)
-        if best is None or best[2].count < self.settings.relocation_inliers:
-            return Fix(time, False, "lost", len(seen.ground))
-        index, matches, found = best
-        self.filter.relocate(index, found.pose, found.covariance + np.diag(np.square(self.settings.floor)))
-        return self._fix(time, True, "relocated", seen, matches, found, index)
-
-    def _place(
-        self, seen: _Seen, keyframe: Keyframe, expected: Pose2 | None, covariance: Array | None
-    ) -> tuple[int, GroundPose | None]:
-        """Number of matches and the pose in the keyframe's frame."""
-        allowed = None
-        if expected is not None and covariance is not None:
-            position = 3.0 * math.sqrt(float(covariance[0, 0] + covariance[1, 1]))
-            radius = self.settings.search + position + 3.0 * math.sqrt(float(covariance[2, 2]))
-            here = expected.transform(seen.ground).astype(np.float32)
-            there = keyframe.ground.astype(np.float32)
-            dx = here[:, 0, None] - there[None, :, 0]
-            dy = here[:, 1, None] - there[None, :, 1]
-            allowed = dx * dx + dy * dy < np.float32(radius * radius)
-        rows, columns = mutual_matches(hamming(seen.signs, keyframe.signs), allowed, self.settings.match)
-        kept = dbscan(seen.ground[rows], self.settings.epsilon, self.settings.min_points) != NOISE
-        rows, columns = rows[kept], columns[kept]
-        # The keyframe's own noise counts in pixels of this frame: far points there are coarse points here.
-        ratio = keyframe.pixel_m[columns] / seen.pixel_m[rows]
-        noise = np.sqrt(0.5 + 0.5 * ratio * ratio)
-        return len(rows), solve_ground_pose(
-            keyframe.ground[columns], seen.ground[rows], self.camera, self.settings.ground_pose, noise
+    def _relocate(self, time: float, seen: Observation, refused: Fix) -> Fix:
+        """After a frame that fits nothing expected: do the keyframes know its place, and did the last frame say so?"""
+        s = self.settings
+        blind = (0.0, 0.0) if s.motion == "wheels" else (s.noise.uncovered_speed, s.noise.uncovered_turn)
+        poses = self.filter.keyframe_poses()
+        proposal = propose(
+            time, seen, self.keyframes, poses, self.filter.pose, self.camera, s.placement, s.relocation, self._mark
         )
+        former, self._proposal = self._proposal, proposal
+        if proposal is not None and former is not None and same_place(former, proposal, *blind, s.relocation):
+            self._contradicted, self._proposal = 0, None
+            if s.motion == "frames":
+                self.filter.stop(s.motion_sigma)
+            noise = proposal.found.covariance + np.diag(np.square(s.floor))
+            self.filter.relocate(proposal.index, proposal.found.pose, noise)
+            made = Placement(proposal.matches, proposal.found)
+            return self._fix(time, True, "relocated", seen, made, proposal.index)
+        if proposal is not None or refused.reason != "new ground" or s.motion == "frames":
+            self._contradicted += 1
+            self.filter.doubt(s.doubt)
+        return refused
 
-    def _keep(self, time: float, seen: _Seen) -> None:
+    def _keep(self, time: float, seen: Observation) -> None:
         if len(self.keyframes) >= self.settings.keyframes.limit:
-            index = self.keyframes.redundant(self.filter.keyframe_poses())
+            index = self.keyframes.redundant()
             self.filter.drop_keyframe(index)
-            del self.keyframes.frames[index]
+            self.keyframes.drop(index)
         self.filter.add_keyframe(np.diag(np.square(self.settings.blur)))
-        self.keyframes.frames.append(Keyframe(seen.ground, seen.signs, seen.pixel_m, time))
+        self.keyframes.add(Keyframe(seen.ground, seen.signs, seen.pixel_m, time), self.filter.keyframe_poses())
 
-    def _fix(
-        self, time: float, accepted: bool, reason: str, seen: _Seen, matches: int, found: GroundPose, index: int
-    ) -> Fix:
-        pose = self.filter.keyframe_pose(index).compose(found.pose)
-        return Fix(
-            time,
-            accepted,
-            reason,
-            len(seen.ground),
-            matches,
-            found.count,
-            found.residual_px,
-            pose.x,
-            pose.y,
-            pose.heading,
-        )
+    def _fix(self, time: float, accepted: bool, reason: str, seen: Observation, made: Placement, index: int) -> Fix:
+        assert made.found is not None
+        at = self.filter.keyframe_pose(index).compose(made.found.pose)
+        count, residual = made.found.count, made.found.residual_px
+        return Fix(time, accepted, reason, len(seen), made.matches, count, residual, at.x, at.y, at.heading)
 
     def _advance(self, robot: Array, left: float, right: float) -> tuple[Array, Array, Array]:
         return advance(robot, left, right, self.settings.track_width, self.settings.noise)
@@ -284,6 +259,12 @@ class Localizer:
     def _move_filter(self, time: float) -> None:
         """The filter up to `time` by all wheel reports until then; what none covers adds uncertainty."""
         self._past.append((self._filter_time, self.filter.mean[:3].copy()))
+        if self.settings.motion == "frames":
+            if math.isfinite(self._filter_time):
+                self.filter.propagate(*advance_freely(self.filter.mean[:5], time - self._filter_time,
+                                                      self.settings.free_noise))  # fmt: skip
+            self._filter_time = time
+            return
         robot = self.filter.mean[:5].copy()
         jacobian, added = np.eye(5), np.zeros((5, 5))
         for travel in self._history.take_until(time):

@@ -1,0 +1,103 @@
+"""How the rover moves between frames, and how wrong that may be: by its wheels, or freely without any.
+
+Both move the robot's part of the filter's state (`pose_filter`): x, y, heading and two numbers of motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ROBOT = 5
+
+
+@dataclass(frozen=True)
+class MotionNoise:
+    """How wheels err; standard deviations.
+
+    slip_start: of each wheel's slip before anything is known. slip_walk: its change over one metre of travel.
+    travel: of a wheel's travel over one metre, m. sideways: of the sideways shift over one radian turned, m.
+    uncovered_*: speed (m/s) and turn (rad/s) while no wheel report covers the time.
+    """
+
+    slip_start: float = 0.02
+    slip_walk: float = 0.010
+    travel: float = 0.006
+    sideways: float = 0.003
+    uncovered_speed: float = 0.25
+    uncovered_turn: float = 1.2
+
+
+def advance(
+    robot: Array, left_m: float, right_m: float, track: float, noise: MotionNoise
+) -> tuple[Array, Array, Array]:
+    """One wheel report: the new robot state (5,), its Jacobian (5, 5) and the added noise (5, 5).
+
+    left_m, right_m: travel as the wheels report it; what is real is 1 - slip of it. Midpoint integration.
+    """
+    x, y, heading, slip_left, slip_right = robot.tolist()
+    left, right = left_m * (1.0 - slip_left), right_m * (1.0 - slip_right)
+    ahead, turn = 0.5 * (left + right), (right - left) / track
+    middle = heading + 0.5 * turn
+    c, s = math.cos(middle), math.sin(middle)
+    new = np.array([x + ahead * c, y + ahead * s, heading + turn, slip_left, slip_right])
+    # Columns: how a metre of the left and of the right wheel moves (x, y, heading).
+    by_left = (0.5 * c + 0.5 * ahead * s / track, 0.5 * s - 0.5 * ahead * c / track, -1.0 / track)
+    by_right = (0.5 * c - 0.5 * ahead * s / track, 0.5 * s + 0.5 * ahead * c / track, 1.0 / track)
+    jacobian = np.eye(ROBOT)
+    jacobian[0, 2], jacobian[1, 2] = -ahead * s, ahead * c
+    jacobian[:3, 3] = [-left_m * g for g in by_left]
+    jacobian[:3, 4] = [-right_m * g for g in by_right]
+    steer = np.array([by_left, by_right, (-s, c, 0.0)]).T
+    variances = (
+        noise.travel**2 * abs(left_m),
+        noise.travel**2 * abs(right_m),
+        noise.sideways**2 * abs(turn),
+    )
+    added = np.zeros((ROBOT, ROBOT))
+    added[:3, :3] = (steer * variances) @ steer.T
+    added[3, 3] = noise.slip_walk**2 * abs(left_m)
+    added[4, 4] = noise.slip_walk**2 * abs(right_m)
+    return new, jacobian, added
+
+
+@dataclass(frozen=True)
+class FreeMotionNoise:
+    """How a rover moves of which nothing is measured: speed and turn rate stay, but for; standard deviations.
+
+    speed, turn: m/s and rad/s when nothing is known. acceleration, turn_acceleration: m/s² and rad/s², kept for one
+    frame's time. sideways: m/s, new with each frame. fade: seconds in which a speed that is not seen is forgotten.
+    """
+
+    speed: float = 0.15
+    turn: float = 0.8
+    acceleration: float = 0.5
+    turn_acceleration: float = 3.0
+    sideways: float = 0.02
+    fade: float = 2.0
+
+
+def advance_freely(robot: Array, elapsed: float, noise: FreeMotionNoise) -> tuple[Array, Array, Array]:
+    """`elapsed` seconds at steady speed and turn rate: new state (5,), Jacobian (5, 5), added noise (5, 5)."""
+    x, y, heading, speed, rate = robot.tolist()
+    ahead, turn = speed * elapsed, rate * elapsed
+    middle = heading + 0.5 * turn
+    c, s = math.cos(middle), math.sin(middle)
+    left = math.exp(-elapsed / noise.fade)
+    new = np.array([x + ahead * c, y + ahead * s, heading + turn, left * speed, left * rate])
+    jacobian = np.eye(ROBOT)
+    jacobian[0, 2], jacobian[1, 2] = -ahead * s, ahead * c
+    jacobian[:2, 3] = elapsed * c, elapsed * s
+    jacobian[:3, 4] = -0.5 * elapsed * ahead * s, 0.5 * elapsed * ahead * c, elapsed
+    jacobian[3, 3] = jacobian[4, 4] = left
+    half = 0.5 * elapsed * elapsed
+    by_acceleration = np.array([half * c, half * s, 0.0, elapsed, 0.0]) * noise.acceleration
+    by_turning = np.array([0.0, 0.0, half, 0.0, elapsed]) * noise.turn_acceleration
+    by_sliding = np.array([-s, c, 0.0, 0.0, 0.0]) * (noise.sideways * elapsed)
+    steer = np.array([by_acceleration, by_turning, by_sliding]).T
+    return new, jacobian, steer @ steer.T

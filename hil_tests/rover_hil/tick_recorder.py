@@ -25,8 +25,14 @@ COUNT = struct.Struct("<H")
 class Tick:
     """One recorded millisecond."""
 
-    request: Request
+    raw: bytes
+    """The request as it was sent."""
     host: bytes
+
+    @property
+    def request(self) -> Request:
+        """Decoded."""
+        return Request.unpack(self.raw)
 
 
 def read_ticks(path: Path) -> Iterator[Tick]:
@@ -34,7 +40,7 @@ def read_ticks(path: Path) -> Iterator[Tick]:
     data = path.read_bytes()
     at = 0
     while at + REQUEST.size + COUNT.size <= len(data):
-        request = Request.unpack(data[at : at + REQUEST.size])
+        request = data[at : at + REQUEST.size]
         (count,) = COUNT.unpack_from(data, at + REQUEST.size)
         at += REQUEST.size + COUNT.size
         if at + count > len(data):

@@ -13,7 +13,6 @@ from rover_protocol import framing
 
 from rover.link.transport import Transport
 
-
 RIG_ADAPTER = 0.000806
 """Seconds from the beginning of a simulated millisecond until its bytes are on the firmware's line."""
 

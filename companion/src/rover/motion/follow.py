@@ -28,6 +28,7 @@ from rover.motion.profile import Axis, MotionError, Profile, speed_after, to_pos
 from rover.motion.segment import Segment, State, split
 from rover.motion.slip import SlipEstimate
 from rover.motion.stop import stop_distance, stop_profile, stop_segments
+from rover.motion.widen import widened
 from rover.vehicle import Limits, Vehicle
 
 SpeedLimit = float | Callable[[float, float], float]
@@ -138,6 +139,7 @@ class PathFollower:
             slack=settings.tracking,
             kink=settings.soft_corner,
         )
+        points = widened(points, ground, settings.widen, settings.tracking)
         found = blend_path(points, self._curve_limits, blend, ground)
         return [Curve(stretch, self.limits) for stretch in found]
 

@@ -29,5 +29,6 @@ class FollowerSettings:
     steering: Limits = STEERING  # of heading while driving
     lateral: float = 0.2  # m/s², most that is planned on curves
     most_cut: float = 0.15  # metres between a corner and the curve that rounds it
+    widen: float = 0.06  # metres that a corner may be moved outward by, to make room for its curve
     give: float = 0.045  # metres of play that the map's margin holds besides; driving slows where there is less
     tracking: float = 0.0  # metres that the footprint grows by where a curve is checked against the map

@@ -1,0 +1,94 @@
+"""Makes room at the corners of a shortest path: it touches what it goes around, so no curve fits inside its corners.
+
+A row of small corners around one thing becomes the one corner in which its outer legs meet, and a corner that is left
+with less room beside it than it may be moved by is moved outward. Only where the footprint may be swept along the new
+legs; everything else stays as it was.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from rover.geometry import wrap_angle
+from rover.motion.clearance import Ground
+
+Point = tuple[float, float]
+
+# Corners that are made one, at most, and what they turn by together at most, radians.
+ROW = 12
+MOST_TURN = math.radians(100.0)
+# Corners that turn by less are driven through or rounded in millimetres.
+LEAST_TURN = math.radians(8.0)
+# A corner is moved outward by these shares of what is allowed, the largest that is free.
+SHARES = (1.0, 0.5, 0.25)
+
+
+def widened(path: Sequence[Point], ground: Ground, most: float, slack: float = 0.0) -> list[Point]:
+    """The polyline with room at its corners; no new corner is further than `most` metres from an old one.
+
+    `slack`: metres that the footprint is grown by where the new legs are checked. The ends stay.
+    """
+    points = _joined([(float(x), float(y)) for x, y in path], ground, most, slack)
+    for number in range(1, len(points) - 1):
+        before, here, behind = points[number - 1 : number + 2]
+        turn = _turn(before, here, behind)
+        if LEAST_TURN <= abs(turn) <= MOST_TURN and float(ground.play(np.array([here]))[0]) < most:
+            away = _heading(before, here) + turn / 2.0 - math.copysign(math.pi / 2.0, turn)
+            for share in SHARES:
+                moved = (here[0] + share * most * math.cos(away), here[1] + share * most * math.sin(away))
+                if _clear([before, moved, behind], ground, slack):
+                    points[number] = moved
+                    break
+    return points
+
+
+def _joined(points: list[Point], ground: Ground, most: float, slack: float) -> list[Point]:
+    """Rows of corners to the same side as one corner each."""
+    if len(points) < 4:
+        return points
+    turns = [0.0, *(_turn(*points[number - 1 : number + 2]) for number in range(1, len(points) - 1)), 0.0]
+    found = [points[0]]
+    number = 1
+    while number < len(points) - 1:
+        last = number
+        while last + 1 < min(len(points) - 1, number + ROW) and turns[last + 1] * turns[number] > 0.0:
+            last += 1
+        meeting = None
+        while last > number and meeting is None:
+            if abs(math.fsum(turns[number : last + 1])) <= MOST_TURN:
+                meeting = _meeting(points, number, last, most)
+                if meeting and not _clear([points[number], meeting, points[last]], ground, slack):
+                    meeting = None
+            last -= meeting is None
+        found.append(meeting or points[number])
+        number = last + 1
+    return [*found, points[-1]]
+
+
+def _meeting(points: list[Point], first: int, last: int, most: float) -> Point | None:
+    """Where the leg to the first corner and the leg from the last meet beyond them; None when too far away."""
+    (ax, ay), (bx, by) = points[first], points[last]
+    a, b = _heading(points[first - 1], points[first]), _heading(points[last], points[last + 1])
+    across = math.sin(b - a)
+    if abs(across) < 1e-3:
+        return None
+    way = ((bx - ax) * math.sin(b) - (by - ay) * math.cos(b)) / across
+    meeting = (ax + way * math.cos(a), ay + way * math.sin(a))
+    near = min(math.dist(meeting, point) for point in points[first : last + 1])
+    return meeting if way > 0.0 and near <= most else None
+
+
+def _clear(points: Sequence[Point], ground: Ground, slack: float) -> bool:
+    line = np.array(points)
+    return bool(ground.swept(line[:-1], line[1:], np.full(len(line) - 1, slack)).all())
+
+
+def _heading(a: Point, b: Point) -> float:
+    return math.atan2(b[1] - a[1], b[0] - a[0])
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return wrap_angle(_heading(b, c) - _heading(a, b))

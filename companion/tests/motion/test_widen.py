@@ -1,0 +1,87 @@
+"""Room at the corners of a shortest path: one wide corner for many small ones, and only where the footprint may go."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from motion_simulation import drive
+from rover.geometry import Pose2
+from rover.motion.blend import BlendSettings, blend_path
+from rover.motion.clearance import Ground
+from rover.motion.driving import DrivingLimits
+from rover.motion.widen import widened
+from rover.planning.fields import CircleField
+from rover.planning.planner import plan
+from rover.vehicle import Vehicle
+
+RADIUS = 0.15
+POST = (1.0, 1.0, 0.2)
+
+
+def around_the_post(corners: int) -> list[tuple[float, float]]:
+    """A taut way around the post: tangents, and corners just outside of where the rover's disc touches it."""
+    angles = np.radians(np.linspace(130.0, 50.0, corners))
+    reach = (RADIUS + POST[2] + 1e-4) / math.cos(math.radians(40.0 / max(corners - 1, 1)))
+    arc = [(1.0 + reach * math.cos(a), 1.0 + reach * math.sin(a)) for a in angles.tolist()]
+    (x0, y0), (x1, y1) = arc[0], arc[-1]
+    slope = math.radians(35.0)
+    first = (x0 - 0.6 * math.cos(slope), y0 - 0.6 * math.sin(slope))
+    return [first, *arc, (x1 + 0.6 * math.cos(slope), y1 - 0.6 * math.sin(slope))]
+
+
+def test_a_row_of_small_corners_becomes_one_that_can_be_rounded():
+    field = CircleField(3.0, 3.0, [POST])
+    ground, path = Ground.of(field, RADIUS), around_the_post(6)
+    wide = widened(path, ground, 0.2)
+    assert len(wide) == 3
+    assert wide[0] == path[0]
+    assert wide[-1] == path[-1]
+    limits = DrivingLimits.of(Vehicle())
+    slowest = []
+    for line in (path, wide):
+        (stretch,) = blend_path(line, limits, BlendSettings(most_cut=0.3), ground)
+        slowest.append(min(piece.speed for piece in stretch.pieces))
+    assert slowest[1] > 1.2 * slowest[0]
+
+
+def test_a_corner_with_room_beside_it_stays_where_it_is():
+    path = [(0.5, 0.5), (1.5, 0.5), (2.0, 1.5)]
+    assert widened(path, Ground.of(CircleField(3.0, 3.0, []), RADIUS), 0.06) == path
+
+
+def test_no_corner_is_moved_further_than_allowed_nor_where_the_footprint_may_not_go():
+    checked = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        circles = np.column_stack([rng.uniform(0.3, 3.7, (14, 2)), rng.uniform(0.08, 0.25, 14)])
+        field = CircleField(4.0, 4.0, circles.tolist())
+        free = rng.uniform(0.2, 3.8, (40, 2))
+        free = free[field.clearance(free) > RADIUS + 0.02]
+        found = plan(field, tuple(free[0]), [tuple(free[1])], robot_radius=RADIUS, seed=seed)
+        if not found.ok or len(found.path) < 3:
+            continue
+        wide = np.array(widened(found.path.tolist(), Ground.of(field, RADIUS), 0.06))
+        checked += 1
+        for corner in wide[1:-1]:
+            assert np.hypot(*(found.path - corner).T).min() <= 2 * 0.06 + 1e-9
+        for a, b in itertools.pairwise(wide):
+            assert field.segment_clear(tuple(a), tuple(b), RADIUS - 2e-5)
+    assert checked > 10
+
+
+@pytest.mark.parametrize("most", [0.0, 1e-3, 0.3])
+def test_where_nothing_is_free_beside_the_path_it_stays_as_it_is(most):
+    path = around_the_post(4)
+    assert widened(path, Ground(lambda points: np.full(len(points), -1.0)), most) == path
+
+
+def test_the_rover_is_round_a_post_in_less_than_two_thirds_of_the_time():
+    path, start = around_the_post(6), Pose2(*around_the_post(6)[0], math.radians(35.0))
+    ground = Ground.of(CircleField(3.0, 3.0, [POST]), RADIUS)
+    rounded = drive(path, start=start, wheels=(0.97, 0.95), noise=(0.004, 0.006), ground=ground)[2]
+    turned = drive(path, start=start, wheels=(0.97, 0.95), noise=(0.004, 0.006))[2]
+    assert rounded.finished
+    assert rounded.times[-1] < 0.67 * turned.times[-1]

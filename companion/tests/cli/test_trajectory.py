@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from xml.etree import ElementTree
 
 import pytest
 from rover.cli.main import invoke
@@ -97,3 +98,15 @@ def test_a_path_to_where_the_rover_stands_is_no_motion(tmp_path, capsys):
     result = json.loads(output.out)
     assert result["segments"] == result["bytes"] == 0
     assert math.isclose(result["max_deviation_m"], 0.0)
+
+
+def test_a_picture_shows_the_way_and_its_profiles(tmp_path, capsys):
+    file = tmp_path / "trajectory.svg"
+    code, _ = run(tmp_path, capsys, PATH, "--plot", str(file))
+    assert code == 0
+    drawn = ElementTree.parse(file).getroot()
+    lines = [each for each in drawn.iter() if each.tag.endswith("polyline")]
+    assert len(lines) == 5  # path, way, speed, acceleration, heading
+    code, output = run(tmp_path, capsys, PATH, "--plot", str(tmp_path / "trajectory.png"))
+    assert code == 2
+    assert "must end in .svg" in output.err

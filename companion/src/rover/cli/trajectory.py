@@ -30,6 +30,7 @@ sent: limits, distance from the path, and with --map the swept footprint.
 Examples:
   rover trajectory path.json
   rover trajectory path.json --tolerance 0.1 --cruise 0.2 --lateral 0.2 --json
+  rover trajectory path.json --plot trajectory.svg
   rover trajectory path.json --map field.toml --robot-radius 0.15 --segments segments.csv
   rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --json | rover trajectory - --map field.toml
 """
@@ -53,6 +54,9 @@ def command(
         float | None, typer.Option(metavar="RAD", help="Where the rover faces at first; along the path otherwise.")
     ] = None,
     segments: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the segments as CSV.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.svg", help="Draw path, speed, acceleration and heading.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
@@ -70,6 +74,8 @@ def command(
     _within("--tolerance", tolerance, 0.0, 10.0, "metres")
     _within("--robot-radius", robot_radius, 0.0, 1000.0, "metres")
     _within("--heading", heading, -1000.0, 1000.0, "radians")
+    if plot is not None and plot.suffix.lower() != ".svg":
+        raise BadInput(f"--plot {plot}: the picture is an SVG; the name must end in .svg")
     points = read_path(path)
     ground = Ground.of(load_field(map_file, resolution), robot_radius) if map_file else None
     if tolerance is None:
@@ -82,6 +88,8 @@ def command(
         say(f"no corner is rounded: {checked.refused}")
     if segments is not None:
         write_segments(segments, checked.trajectory.segments)
+    if plot is not None:
+        write_plot(plot, checked, points)
     result = document(checked, points)
     if as_json:
         write_json(result)
@@ -153,6 +161,19 @@ def write_segments(path: Path, segments: Sequence[Segment]) -> None:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path}: can't be written: {error.strerror or error}") from error
+
+
+def write_plot(path: Path, checked: CheckedTrajectory, points: list[list[float]]) -> None:
+    """The trajectory as an SVG. Raises BadInput when there is nothing to draw or the file can't be written."""
+    from rover.motion.picture import svg
+
+    if not checked.trajectory.segments:
+        raise BadInput(f"--plot {path}: the path leads nowhere, there is nothing to draw")
+    try:
+        path.write_text(svg(checked.trajectory, checked.driven, points), encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"--plot {path}: can't be written: {error.strerror or error}") from error
+    say(f"drawn: {path}")
 
 
 def document(checked: CheckedTrajectory, points: list[list[float]]) -> dict[str, Any]:

@@ -18,6 +18,13 @@ REPLIES = "/rig/firmware"
 SENT = "/rig/firmware/sent"
 """Where a difference of outputs, or of sent bytes, is said to be."""
 
+IDENTITY = {"HelloReply": ("board",), "HelloBuild": ("git_hash",)}
+"""What tells one rig's firmware from another's; where a log meets another rig these may differ."""
+
+STAMPS = {"ClockReply": ("receive_time", "turnaround"), "OdometryHeading": ("time",), "Sonar": ("time",)}
+STAMP_TOLERANCE_US = 4
+"""The emulated board takes a byte in when its interrupt runs, rover-sitl when the byte is complete."""
+
 
 @dataclass(frozen=True)
 class Compared:
@@ -30,12 +37,17 @@ class Compared:
 class FirmwareReplay:
     """One firmware process from its power-on. `feed` every step in order, then `finish`."""
 
-    def __init__(self, command: Sequence[str], origin: dict[str, str]) -> None:
-        """`command`: the firmware's program with its first arguments; `origin`: metadata of the log."""
+    def __init__(self, command: Sequence[str], origin: dict[str, str], another: bool = False) -> None:
+        """`command`: the firmware's program with its first arguments; `origin`: metadata of the log.
+
+        `another`: it is another rig's firmware than the recorded one, so that what says who it is may differ. Needs a
+        log of the serial line.
+        """
         can = origin["transport"] == "can"
         baud = SLCAN_BAUD if can else int(origin["baud"])
         self._process = FirmwareProcess(list(command), baud, origin["transport"])
         self._decoders = None if can else (framing.Decoder(), framing.Decoder())
+        self._another = another
         self._sent = 0
         self._ticks = 0
         self._difference: Difference | None = None
@@ -74,34 +86,47 @@ class FirmwareReplay:
                     return frame
                 return Difference(REPLIES, time, field, before, now)
             self._ticks += 1
-        if sent != step.from_firmware:
-            frame = self._frame_difference(step, sent)
-            at = next((i for i, (a, b) in enumerate(zip(step.from_firmware, sent, strict=False)) if a != b), 0)
-            time = step.now_us * 1e-6
-            return frame or Difference(SENT, time, f"byte {at}", step.from_firmware.hex(), sent.hex())
-        if self._decoders is not None:
-            for decoder in self._decoders:
+        if sent == step.from_firmware:
+            for decoder in self._decoders or ():
                 list(decoder.feed(sent))
-        return None
+            return None
+        frame = self._frame_difference(step, sent)
+        if frame is not None or self._another:
+            return frame
+        at = next((i for i, (a, b) in enumerate(zip(step.from_firmware, sent, strict=False)) if a != b), 0)
+        return Difference(SENT, step.now_us * 1e-6, f"byte {at}", step.from_firmware.hex(), sent.hex())
 
     def _frame_difference(self, step: RigStep, sent: bytes) -> Difference | None:
         """The first frame of the serial wire that differs, by its name."""
         if self._decoders is None:
             return None
         recorded, replayed = (
-            [_named(identifier, payload) for identifier, _, payload in decoder.feed(data)]
+            [self._named(identifier, payload) for identifier, _, payload in decoder.feed(data)]
             for decoder, data in zip(self._decoders, (step.from_firmware, sent), strict=True)
         )
         for index in range(max(len(recorded), len(replayed))):
             before = recorded[index] if index < len(recorded) else None
             now = replayed[index] if index < len(replayed) else None
-            if before != now:
+            if before != now and not (self._another and _same_but_stamps(before, now)):
                 field, was, is_now = first_field(before, now) or ("message", before, now)
                 time = step.now_us * 1e-6
                 return Difference(
                     SENT, time, field, NOTHING if was is None else was, NOTHING if is_now is None else is_now
                 )
         return None
+
+    def _named(self, identifier: int, payload: bytes) -> dict[str, Any]:
+        try:
+            message, fields = messages.decode(identifier, payload)
+        except ValueError:
+            return {"message": hex(identifier), "data": payload.hex()}
+        hidden = IDENTITY.get(message.name, ()) if self._another else ()
+        plain = {
+            key: value.hex() if isinstance(value, bytes) else value
+            for key, value in fields.items()
+            if key not in hidden
+        }
+        return {"message": message.name, message.name: plain}
 
 
 def outputs(reply: bytes) -> dict[str, Any]:
@@ -118,10 +143,13 @@ def outputs(reply: bytes) -> dict[str, Any]:
     }
 
 
-def _named(identifier: int, payload: bytes) -> dict[str, Any]:
-    try:
-        message, fields = messages.decode(identifier, payload)
-    except ValueError:
-        return {"message": hex(identifier), "data": payload.hex()}
-    plain = {key: value.hex() if isinstance(value, bytes) else value for key, value in fields.items()}
-    return {"message": message.name, message.name: plain}
+def _same_but_stamps(before: dict[str, Any] | None, now: dict[str, Any] | None) -> bool:
+    """Whether two frames differ in nothing but times that are as good as equal."""
+    if before is None or now is None or before["message"] != now["message"]:
+        return False
+    name = before["message"]
+    stamps = STAMPS.get(name, ())
+    return all(
+        abs(value - now[name][key]) <= STAMP_TOLERANCE_US if key in stamps else value == now[name][key]
+        for key, value in before.get(name, {}).items()
+    )

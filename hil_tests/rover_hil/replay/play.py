@@ -23,7 +23,6 @@ from rover.vehicle import Vehicle
 from rover.vision.camera_file import load_camera
 
 from rover_hil.firmware_process import emulator_command, sitl_command
-from rover_hil.replay.board import BoardReplay
 from rover_hil.replay.device import DeviceReplay
 from rover_hil.replay.estimators import IMPORTED, replay_estimators
 from rover_hil.replay.firmware import Compared, FirmwareReplay
@@ -179,20 +178,13 @@ def _firmware_part(
     rig: str, origin: dict[str, str], parameters: Mapping[int, int], scratch: Path, log: Log
 ) -> FirmwarePart:
     command = sitl_command() if rig == "sitl" else emulator_command()
-    if origin["rig"] == rig:
-        if parameters:
-            if rig != "sitl":
-                raise BadInput(f"--set: rig {rig} has no parameter file; set parameters on --rig sitl")
-            file = scratch / "parameters.bin"
-            write_parameter_file(command, file, dict(parameters))
-            command = [*command, "--parameters", str(file)]
-        return FirmwareReplay(command, origin)
-    if rig != "emulator":
-        raise BadInput(
-            f"{log.path}: recorded on rig {origin['rig']}, whose ticks {rig} does not have: use --rig {origin['rig']}"
-        )
+    another = origin["rig"] != rig
+    if another and origin["transport"] != "serial":
+        raise BadInput(f"{log.path}: recorded over CAN on {origin['rig']}: only a log over serial goes to another rig")
     if parameters:
-        raise BadInput("--set: only on --rig sitl")
-    if origin["transport"] != "serial":
-        raise BadInput(f"{log.path}: recorded over CAN: only a log over serial can be compared on another rig")
-    return BoardReplay(int(origin["baud"]))
+        if rig != "sitl":
+            raise BadInput(f"--set: rig {rig} has no parameter file; set parameters on --rig sitl")
+        file = scratch / "parameters.bin"
+        write_parameter_file(command, file, dict(parameters))
+        command = [*command, "--parameters", str(file)]
+    return FirmwareReplay(command, origin, another)

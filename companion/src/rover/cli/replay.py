@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,8 +21,8 @@ LOG is the mission.mcap of a run: all that entered the rig's firmware goes into 
 companion into its estimators and its mission. On the same build all outputs are equal; otherwise the first difference
 is named: topic, time, field, recorded and replayed value. --set and --override change something on purpose.
 
-With --rig emulator the log of a sitl run goes through the flashed ELF on the emulated board and through the core on
-the desktop, with the same inputs to both. With --rig device a board on --port gets the recorded wheels, sonars and
+With --rig emulator the log of a sitl run goes through the flashed ELF on the emulated board, tick by tick; only what
+tells who the firmware is may differ. With --rig device a board on --port gets the recorded wheels, sonars and
 commands in its test mode, in real time.
 
 With --import a folder of frames and CSV files becomes a LOG (see docs/hil.md); it goes through the estimators.
@@ -108,6 +109,8 @@ def command(
     )
     pace = Pace(rate, start, pause)
     with pace.controlled():
+        if pause and not quiet:
+            say(f"paused; the space bar or kill -USR1 {os.getpid()} lets it go on")
         result = replay(log, rig.value, changes, pace, _progress(quiet), port)
     if as_json:
         write_json(document(result))

@@ -10,9 +10,9 @@ use crate::shorten::Shortening;
 use crate::tour::Leg;
 
 /// A mended leg that is longer than it was by more than this is compared with another way.
-const LONGER: f64 = 1.25;
+const LONGER: f64 = 1.4;
 /// A mended tour in any order that is longer by more than this gives up the order.
-const MUCH_LONGER: f64 = 1.4;
+const MUCH_LONGER: f64 = 1.3;
 
 /// Legs in order through all goals; none when one of them can't be mended, is new, or the order should be thought over.
 pub fn mended_tour<F: Field>(
@@ -56,7 +56,7 @@ pub fn mended_tour<F: Field>(
         let mended = mender.mended(field, old, ends, settings);
         let long = |path: &Vec<Point>| path_length(path) > LONGER * path_length(old);
         let other = if mended.as_ref().is_none_or(long) {
-            mender.other_way(field, ends, settings)
+            mender.other_way(field, ends, settings, mended.is_none())
         } else {
             None
         };

@@ -205,7 +205,12 @@ impl Field for Grid {
         wall_distance(self.bounds(), p).min(clearance - offset)
     }
 
+    /// For cells' centres also false in blocked cells: no part of them can hold a robot, however thin.
     fn may_hold(&self, p: Point, radius: f64) -> bool {
+        let (column, row) = self.cell(p);
+        if self.blocked[row * self.columns + column] != 0 {
+            return false;
+        }
         let (clearance, offset) = self.cell_clearance(p, self.tiles_suffice(radius));
         wall_distance(self.bounds(), p) >= radius && clearance + offset >= radius - TOUCH
     }

@@ -171,8 +171,10 @@ impl Lattice {
     }
 }
 
+/// Cells of a map on which even a coarse search takes longer than looking for closed pockets around the goals.
+const LARGE: usize = 1_000_000;
 /// Cells of a pocket that is looked for before the finest search.
-const POCKET: usize = 20_000;
+pub const POCKET: usize = 20_000;
 
 /// What the lattices know about the way to each goal: `Err(true)` stands for none found though it may exist, and
 /// `Err(false)` for proof that there is none. Coarse lattices first; only the finest one's flood proves anything.
@@ -186,9 +188,17 @@ pub fn ways<F: Field>(
     let mut coarsest = None;
     let mut found: Vec<Result<Vec<Point>, bool>> = vec![Err(true); goals.len()];
     let spacings = field.lattice_spacings(radius);
+    let fine = Lattice::new(field, spacings[spacings.len() - 1], radius);
+    if fine.size() > LARGE {
+        for (found, &goal) in found.iter_mut().zip(goals) {
+            *found = Err(fine.possible(field, start, goal, POCKET));
+        }
+    }
     for (level, &spacing) in spacings.iter().enumerate() {
         let mut lattice = Lattice::new(field, spacing, radius);
-        let mut open: Vec<usize> = (0..goals.len()).filter(|&g| found[g].is_err()).collect();
+        let mut open: Vec<usize> = (0..goals.len())
+            .filter(|&g| found[g] == Err(true))
+            .collect();
         let finest = level + 1 == spacings.len();
         if finest {
             open.retain(|&goal| {

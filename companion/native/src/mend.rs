@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use crate::field::Field;
 use crate::geometry::Point;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, POCKET};
 use crate::search;
 use crate::shorten::{self, Shortening};
 
@@ -82,10 +82,10 @@ impl Mender {
         let spacings = field.lattice_spacings(radius);
         let ends = [spacings[0], spacings[spacings.len() - 1]];
         let first = usize::from(spacings.len() == 1);
-        let levels = first..if last { 2 } else { first + 1 };
-        for level in levels {
-            let lattice = self.lattices[level]
-                .get_or_insert_with(|| Lattice::new(field, ends[level], radius));
+        let count = if last { 2 } else { first + 1 };
+        for (level, &spacing) in ends.iter().enumerate().take(count).skip(first) {
+            let lattice =
+                self.lattices[level].get_or_insert_with(|| Lattice::new(field, spacing, radius));
             let looked = Cell::new(0u32);
             let enough = || {
                 looked.set(looked.get() + 1);
@@ -99,19 +99,31 @@ impl Mender {
         None
     }
 
-    /// A leg on the coarse lattice, for when mending does not help.
+    /// A leg on the coarse lattice, for when mending does not help; on the fine one when it is the only hope, unless
+    /// its end turns out to lie in a small closed pocket.
     pub fn other_way<F: Field>(
         &mut self,
         field: &F,
         (from, to): (Point, Point),
         settings: Shortening,
+        only_hope: bool,
     ) -> Option<Vec<Point>> {
-        let spacing = field.lattice_spacings(settings.radius)[0];
-        let lattice =
-            self.lattices[0].get_or_insert_with(|| Lattice::new(field, spacing, settings.radius));
-        let found = search::paths(lattice, field, from, &[to], || false);
-        let mut path = found.into_iter().next().flatten()?;
-        shorten::settle(field, &mut path, settings, 2);
-        Some(path)
+        let spacings = field.lattice_spacings(settings.radius);
+        let ends = [spacings[0], spacings[spacings.len() - 1]];
+        let first = usize::from(spacings.len() == 1);
+        let count = if only_hope { 2 } else { first + 1 };
+        for (level, &spacing) in ends.iter().enumerate().take(count).skip(first) {
+            let lattice = self.lattices[level]
+                .get_or_insert_with(|| Lattice::new(field, spacing, settings.radius));
+            if level == 1 && !lattice.possible(field, from, to, POCKET) {
+                return None;
+            }
+            let found = search::paths(lattice, field, from, &[to], || false);
+            if let Some(mut path) = found.into_iter().next().flatten() {
+                shorten::settle(field, &mut path, settings, 2);
+                return Some(path);
+            }
+        }
+        None
     }
 }

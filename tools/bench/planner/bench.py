@@ -22,6 +22,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--goals", type=int, nargs="+", default=[4, 10])
     parser.add_argument("--every", type=int, default=20, help="every so many scenarios of the maps")
     parser.add_argument("--map-budget-ms", type=float, default=50.0)
+    parser.add_argument("--figure", type=Path, help="draw the paper's field as figure 11 does, into this .svg")
     options = parser.parse_args(arguments)
     wanted = options.only or list(TABLES)
     with peers.scratch() as folder:
@@ -32,12 +33,15 @@ def main(arguments: list[str]) -> int:
         if load > 0.7:
             print(f"The machine is busy (load {load:.1f} per core): times are too long, ratios hold.\n")
         if "paper" in wanted:
-            print(f"The paper's field, {options.seeds} seeds:\n\n{tables.paper_table(program, options.seeds)}\n")
+            found = tables.paper_table(program, options.seeds, options.figure)
+            print(f"The paper's field, {options.seeds} seeds:\n\n{found}\n")
         if "maps" in wanted and options.data is None:
             print("no maps: give --data DIR or ROVER_DATA", file=sys.stderr)
         elif "maps" in wanted:
             found = tables.map_table(Path(options.data) / "maps", options.map_budget_ms, options.every)
             print(f"MovingAI, radius 1/3 cell, {options.map_budget_ms:g} ms:\n\n{found}\n")
+            found = tables.map_server_table(Path(options.data) / "maps", options.map_budget_ms, options.seeds)
+            print(f"map_server, radius 0.2 m, {options.map_budget_ms:g} ms, {options.seeds} pairs:\n\n{found}\n")
         if "fields" in wanted:
             found = tables.field_table(program, options.seeds, options.sizes, options.goals)
             print(f"Fields with 40 % blocked, any order, {options.seeds} seeds:\n\n{found}\n")

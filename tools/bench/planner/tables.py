@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rover.planning import ALGORITHMS, GridField, Planner, PlanResult, plan
 
 from tools.bench.planner import peers
+from tools.bench.planner.figure import boxes
 from tools.bench.planner.scenes import (
     PAPER_GOALS,
     PAPER_OBSTACLES,
@@ -33,14 +34,17 @@ def spread(values: Sequence[float], digits: int = 3) -> str:
     return " / ".join(f"{np.percentile(values, p):.{digits}f}" for p in (50, 95)) if len(values) else "–"
 
 
-def paper_table(program: Path | None, seeds: int) -> str:
+def paper_table(program: Path | None, seeds: int, figure: Path | None = None) -> str:
     """Table 4 of the paper in form: time, iterations, nodes and length on its field, ours and the peers'."""
     lines = [
         "| planner | time ms (median / p95) | iterations | nodes | length m | p95 × optimum |",
         "|---|--:|--:|--:|--:|--:|",
     ]
 
+    drawn: dict[str, tuple[list[float], list[float]]] = {}
+
     def row(name: str, times: list[float], iterations: list[float], nodes: list[float], lengths: list[float]) -> None:
+        drawn[name] = (times, lengths)
         worst = np.percentile(lengths, 95) / PAPER_OPTIMUM
         count = f"{np.median(iterations):.0f}" if iterations else "–"
         lines.append(
@@ -68,19 +72,22 @@ def paper_table(program: Path | None, seeds: int) -> str:
         runs = [peers.python_rrt((3.0, 4.0), PAPER_OBSTACLES, stops, RADIUS, s, star=star) for s in range(seeds)]
         name = f"plain Python RRT{'*' if star else ''} (PythonRobotics' kind, written anew)"
         row(name, [r[0] for r in runs], [], [r[2] for r in runs], [r[1] for r in runs])
+    if figure is not None:
+        boxes(drawn, figure)
     return "\n".join(lines)
 
 
 def map_table(folder: Path, budget_ms: float, every: int) -> str:
     """MovingAI scenarios: length over the optimal octile length."""
     lines = [
-        "| map | solved | first solution ms (median / p95) | length / octile optimum | longest |",
-        "|---|--:|--:|--:|--:|",
+        "| map | solved | first solution ms (median / p95) | ms used (median / p95) | length / octile optimum "
+        "| longest |",
+        "|---|--:|--:|--:|--:|--:|",
     ]
     for name in MAPS:
         field = GridField.load_movingai(folder / f"{name}.map")
         rows = [line.split("\t") for line in (folder / f"{name}.map.scen").read_text().splitlines()[1:] if line]
-        ratios, firsts, count = [], [], 0
+        ratios, firsts, used, count = [], [], [], 0
         for number, cells in enumerate(rows[::every]):
             x, y, goal_x, goal_y = (int(cell) + 0.5 for cell in cells[4:8])
             found = plan(field, (x, y), [(goal_x, goal_y)], robot_radius=1 / 3, seed=number, budget_ms=budget_ms)
@@ -88,7 +95,35 @@ def map_table(folder: Path, budget_ms: float, every: int) -> str:
             if found.ok and found.first_solution_ms is not None:
                 ratios.append(found.length / float(cells[8]) if float(cells[8]) > 0.0 else 1.0)
                 firsts.append(found.first_solution_ms)
-        lines.append(f"| {name} | {len(ratios)}/{count} | {spread(firsts, 1)} | {spread(ratios)} | {max(ratios):.3f} |")
+                used.append(found.time_ms)
+        lines.append(
+            f"| {name} | {len(ratios)}/{count} | {spread(firsts, 1)} | {spread(used, 1)} | {spread(ratios)} "
+            f"| {max(ratios):.3f} |"
+        )
+    return "\n".join(lines)
+
+
+def map_server_table(folder: Path, budget_ms: float, seeds: int, radius: float = 0.2) -> str:
+    """Random pairs of free points on map_server maps; a pair in two rooms without a door counts as not solved."""
+    lines = [
+        "| map | solved | first solution ms (median / p95) | ms used (median / p95) | longest way m |",
+        "|---|--:|--:|--:|--:|",
+    ]
+    for path in sorted(folder.glob("*.yaml")):
+        field = GridField.load_map_server(path)
+        rng = np.random.default_rng(0)
+        left, bottom, right, top = field.bounds
+        points = [(float(x), float(y)) for x, y in rng.uniform((left, bottom), (right, top), (200 * seeds, 2))]
+        free = [point for point in points if field.segment_clear(point, point, radius)][: 2 * seeds]
+        runs = [
+            plan(field, start, [goal], robot_radius=radius, seed=seed, budget_ms=budget_ms)
+            for seed, (start, goal) in enumerate(zip(free[::2], free[1::2], strict=False))
+        ]
+        solved = [found for found in runs if found.ok]
+        lines.append(
+            f"| {path.stem} | {len(solved)}/{len(runs)} | {spread([r.first_solution_ms or 0.0 for r in solved], 2)} "
+            f"| {spread([r.time_ms for r in solved], 1)} | {max((r.length for r in solved), default=0.0):.1f} |"
+        )
     return "\n".join(lines)
 
 

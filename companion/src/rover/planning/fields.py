@@ -21,6 +21,11 @@ else:
     import tomli as tomllib
 
 
+# Metres beyond which coordinates lose the millimetre, and below which a side is no ground at all.
+LARGEST = 1e7
+LEAST_SIDE = 1e-4
+
+
 class Field:
     """What the planner asks of a map; metres. Bounds count as walls for the robot's radius."""
 
@@ -47,8 +52,10 @@ class CircleField(Field):
         for name, value in (("width", width), ("height", height)):
             if not (math.isfinite(value) and value > 0.0):
                 raise BadInput(f"the field's {name} must be a positive number of metres, not {value}")
+            if not LEAST_SIDE <= value <= LARGEST:
+                raise BadInput(f"the field's {name} must be {LEAST_SIDE:g} to {LARGEST:g} m, not {value:g}")
         for index, circle in enumerate(obstacles):
-            if len(circle) != 3 or not all(math.isfinite(v) for v in circle) or circle[2] < 0.0:
+            if len(circle) != 3 or not all(abs(v) <= LARGEST for v in circle) or circle[2] < 0.0:
                 raise BadInput(f"obstacle {index + 1} must be [x, y, radius] with radius >= 0, not {list(circle)}")
         self.width, self.height = float(width), float(height)
         self.obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
@@ -85,9 +92,12 @@ class GridField(Field):
             raise BadInput(f"a grid map needs rows and columns, not shape {cells.shape}")
         if not (math.isfinite(resolution) and resolution > 0.0):
             raise BadInput(f"the resolution must be a positive number of metres per cell, not {resolution}")
-        if not all(math.isfinite(value) for value in origin):
-            raise BadInput(f"the map's origin must be finite, not {origin}")
-        self.blocked = np.ascontiguousarray(cells != 0)
+        if not (resolution >= LEAST_SIDE and resolution * max(cells.shape) <= LARGEST):
+            raise BadInput(f"cells of {resolution:g} m make no map of {LEAST_SIDE:g} to {LARGEST:g} m")
+        if not all(abs(value) <= LARGEST for value in origin):
+            raise BadInput(f"the map's origin must be finite and within {LARGEST:g} m, not {origin}")
+        # Truth values are taken as they are: the native map has its own copy, and maps are changed often.
+        self.blocked = np.ascontiguousarray(cells if cells.dtype == np.bool_ else cells != 0)
         self.resolution = float(resolution)
         self.origin = (float(origin[0]), float(origin[1]))
         self.native = rover_native.NativeField.grid(self.blocked.view(np.uint8), self.resolution, *self.origin)
@@ -127,6 +137,7 @@ class GridField(Field):
             resolution = float(entries["resolution"])
             origin = [float(value) for value in entries["origin"].strip("[]").split(",")]
             negate = int(entries.get("negate", "0"))
+            mode = entries.get("mode", "trinary")
             free_below = float(entries.get("free_thresh", "0.196"))
         except (KeyError, ValueError) as error:
             raise BadInput(
@@ -134,15 +145,30 @@ class GridField(Field):
             ) from error
         if len(origin) != 3 or abs(origin[2]) > 1e-9:
             raise BadInput(f"{path}: origin must be [x, y, 0]; a turned map is not supported")
-        picture = cv2.imread(str(image), cv2.IMREAD_GRAYSCALE)
-        if picture is None:
+        try:
+            picture = cv2.imread(str(image), cv2.IMREAD_GRAYSCALE)
+        except cv2.error:  # a header that promises more than any picture holds
+            picture = None
+        if picture is None or picture.size == 0:
             raise BadInput(f"{path}: can't read the picture {image}")
+        if not 0.0 < free_below <= 1.0:
+            raise BadInput(f"{path}: free_thresh must lie between 0 and 1, not {free_below:g}")
+        if mode not in ("trinary", "scale", "raw"):
+            raise BadInput(f"{path}: mode must be trinary, scale or raw, not {mode!r}")
+        if mode == "raw":  # the picture holds occupancy in percent; above 100 nothing is known
+            blocked = (picture > 100) | (picture.astype(np.float64) >= 100.0 * free_below)
+            return _named(path, cls, np.flipud(blocked), resolution, (origin[0], origin[1]))
         shade = picture.astype(np.float64) / 255.0
         occupancy = shade if negate else 1.0 - shade
-        try:
-            return cls(np.flipud(occupancy >= free_below), resolution, (origin[0], origin[1]))
-        except BadInput as error:
-            raise BadInput(f"{path}: {error}") from error
+        return _named(path, cls, np.flipud(occupancy >= free_below), resolution, (origin[0], origin[1]))
+
+
+def _named(path: Path, kind: type[GridField], blocked: NDArray[np.bool_], *where: Any) -> GridField:
+    """The map, or what is wrong with it under the file's name."""
+    try:
+        return kind(blocked, *where)
+    except BadInput as error:
+        raise BadInput(f"{path}: {error}") from error
 
 
 def load_field(path: str | Path, resolution: float = 1.0) -> Field:

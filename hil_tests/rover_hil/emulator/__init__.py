@@ -1,7 +1,7 @@
 """The `emulator` rig: the ELF that is flashed, run by an emulated RP2040 that is wired pin by pin to the plant.
 
 Peripherals are rp2040py's; what it gets wrong is corrected in one file each, with the section of the RP2040 datasheet:
-`pl011.py` (4.2), `pwm.py` (4.5), `watchdog.py` (4.7), and in Rust (`rover_plant`) the processor with its interrupt
+`pl011.py` (4.2), `pwm.py` (4.5), `pio.py` (3), and in Rust (`rover_plant`) the processor with its interrupt
 controller (2.4), the SIO's divider (2.3.1.5) and the timer (4.6).
 """
 

@@ -14,6 +14,7 @@ from typer.main import get_command
 
 import rover
 from rover.cli import (
+    calibrate,
     decode,
     detect,
     doctor,
@@ -91,6 +92,7 @@ for _name, _module, _brief in (
     ("register", register, "Where one picture lies in another."),
     ("stitch", stitch, "Many pictures into one mosaic."),
     ("track", track, "A folder of frames to camera poses."),
+    ("calibrate", calibrate, "A camera from pictures of a board, its mount, or a pair of cameras."),
     ("decode", decode, "A radiometric picture to temperatures."),
     ("detect", detect, "Candidates in pictures, and their classes."),
     ("status", status, "Why a rover stopped, asked over its port."),

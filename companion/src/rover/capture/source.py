@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from rover.capture.frame import Frame
+from rover.capture.frozen import FrozenPicture
 from rover.errors import BadInput
 
 FRAME_PERIOD = 0.12
@@ -53,12 +54,13 @@ class RigFrames:
     """The frames that a lock-stepped rig hands over: what it delivered waits here until it is taken.
 
     `accept` takes one reply's headers and the pixels behind it; iterating empties the queue. Frames missing from
-    the sequence are counted in `lost`.
+    the sequence are counted in `lost`. A picture that repeats counts as one with a closed shutter: it shows nothing.
     """
 
     def __init__(self) -> None:
         self._waiting: deque[Frame] = deque()
         self._next_sequence: int | None = None
+        self._frozen = FrozenPicture()
         self.lost = 0
 
     def accept(self, headers: Sequence[Mapping[str, Any]], pixels: bytes) -> None:
@@ -79,14 +81,10 @@ class RigFrames:
             if self._next_sequence is not None:
                 self.lost += max(0, sequence - self._next_sequence)
             self._next_sequence = sequence + 1
-            self._waiting.append(
-                Frame(
-                    counts.reshape(height, width).astype(np.uint16),
-                    int(header["exposure_us"]) * 1e-6,
-                    sequence,
-                    bool(header["ffc"]),
-                )
-            )
+            picture = counts.reshape(height, width).astype(np.uint16)
+            repeated = self._frozen.repeats(picture)
+            closed = bool(header["ffc"]) or repeated
+            self._waiting.append(Frame(picture, int(header["exposure_us"]) * 1e-6, sequence, closed))
 
     def __len__(self) -> int:
         return len(self._waiting)

@@ -27,6 +27,7 @@ moved_less_than_m = 0.2
 name = "quiet"
 after = "latched"
 speed_below = 0.01
+from_s = 0.05
 within_s = 0.3
 [[never]]
 until = "latched"
@@ -68,6 +69,12 @@ def test_what_comes_too_late_fails_and_says_what_was_seen(scenario: Scenario) ->
 
 def test_what_comes_too_early_fails(scenario: Scenario) -> None:
     assert judged(scenario, moment(1.05, "Latched", way=0.5))["latched"] == (False, "too early, after 0.050 s")
+
+
+def test_what_is_the_case_before_it_is_looked_at_does_not_matter(scenario: Scenario) -> None:
+    latched, still = moment(1.3, "Latched", way=0.5), moment(1.34, "Latched", speed=0.0, way=0.5)
+    assert judged(scenario, latched, still)["quiet"] == (False, "the run ended")
+    assert judged(scenario, latched, still, moment(1.4, "Latched", speed=0.0, way=0.5))["quiet"] == (True, "")
 
 
 def test_a_way_counts_from_the_event_that_it_refers_to(scenario: Scenario) -> None:

@@ -148,6 +148,25 @@ def test_a_condition_that_makes_no_sense_is_refused(text: str) -> None:
         parse_condition(text)
 
 
-def test_a_whole_mission_is_refused_and_not_passed_over(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"drive.mission: whole missions are not driven here yet"):
-        play(read(tmp_path, HEAD + '[drive]\nmission = "demo"\n' + EXPECT + END), "sitl")
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("camera-frozen", "serial-cut", "is 'serial-cut', which is for scripted drives; in a mission there is"),
+        ('rigs = ["sitl"]', 'rigs = ["sitl"]\ntransport = "can"', "drive.mission is driven over serial"),
+        ("[end]", "[field]\nwidth_m = 3\n[end]", "field has no meaning beside drive.mission"),
+        ('mission = "demo"', 'mission = "demo"\nspeed = 0.2', "drive.speed is not known here"),
+        ("within_s = 0.35", "within_s = 0.35\nfrom_s = 1", "from_s must be less than within_s"),
+    ],
+)
+def test_what_a_whole_mission_cannot_have_is_one_line(tmp_path: Path, before: str, after: str, said: str) -> None:
+    mission = HEAD + '[drive]\nmission = "demo"\n' + INJECT.replace("serial-cut", "camera-frozen") + EXPECT + END
+    assert read(tmp_path, mission).mission == "demo"
+    assert before in mission
+    with pytest.raises(BadInput) as error:
+        read(tmp_path, mission.replace(before, after, 1))
+    assert said in str(error.value)
+
+
+def test_a_mission_that_is_not_there_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"none\.toml"):
+        play(read(tmp_path, HEAD + '[drive]\nmission = "none.toml"\n' + EXPECT + END), "sitl")

@@ -1,4 +1,7 @@
-"""Every scenario that ships, on each rig that it can exist on."""
+"""Every scenario that ships on `sitl`; on `emulator` one for each kind of wiring, as it takes far longer.
+
+`rover hil run --all --rig emulator` runs all.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,18 @@ from rover_hil.scenario.reading import load_scenario
 from rover_hil.scenario.runner import play
 
 FILES = shipped()
+ON_THE_EMULATOR = (
+    "can-bus-off",  # MCP2515 on SPI
+    "emergency-stop-input",  # a pin's interrupt
+    "encoder-stuck",  # quadrature through the PIO
+    "battery-low-at-arming",  # converter
+    "firmware-hang",  # watchdog
+    "brown-out",  # start of the chip
+    "motor-stalled-slow",  # PWM and bridge
+    "serial-cut",  # UART
+    "sonar-dead-comes-back",  # trigger and echo
+    "reboot-disarmed",  # reset by software
+)
 
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
@@ -18,12 +33,21 @@ def test_scenario(file: Path, rig_name: str) -> None:
     scenario = load_scenario(file)
     if rig_name not in scenario.rigs:
         pytest.skip(f"{file.stem} cannot exist on {rig_name}")
+    if rig_name == "emulator" and file.stem not in ON_THE_EMULATOR:
+        pytest.skip(f"rover hil run {file.stem} --rig emulator runs it: each takes seconds")
     try:
         result = play(scenario, rig_name)
     except PreflightFailed as missing:
         pytest.skip(str(missing))
     events = [f"{time:.3f} {what}" for time, what in result.track.events]
     assert result.passed, "\n".join([scenario.name, *result.failures, *events])
+
+
+def test_the_ones_for_the_emulator_can_exist_there() -> None:
+    chosen = [load_scenario(file) for file in FILES if file.stem in ON_THE_EMULATOR]
+    assert len(chosen) == len(ON_THE_EMULATOR)
+    assert all("emulator" in scenario.rigs for scenario in chosen)
+    assert {scenario.transport for scenario in chosen} == {"serial", "can"}
 
 
 def test_there_are_enough_of_them_for_each_rig() -> None:

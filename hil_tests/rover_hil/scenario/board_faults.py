@@ -54,6 +54,10 @@ class FaultyRig(SitlRig):
         """Supply too low for `duration` seconds: the bridges open at once, then the firmware boots."""
         self._outage = Outage(self.now_us + round(duration * 1e6), BROWN_OUT, powered=False)
 
+    def drop_unread(self) -> None:
+        """Throws away what the firmware sends and nobody reads any more."""
+        self._pty.drop_unread()
+
     def _run(self, to_us: int, data: bytes) -> list[Mark]:
         outage = self._outage
         if outage is None:

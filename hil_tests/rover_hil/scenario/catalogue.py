@@ -53,7 +53,7 @@ Parameter = Number | Word | Words | Raw
 
 @dataclass(frozen=True)
 class Fault:
-    """`lasting`: it can end again after `duration_s`; `boot`: it can be there from the start."""
+    """`lasting`: it can end again after `duration_s`; `needs_mission`: a scripted drive does not notice it."""
 
     doc: str
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
@@ -202,4 +202,12 @@ FAULTS: dict[str, Fault] = {
     "camera-frozen": Fault("new frames with the old picture", needs_mission=True),
     "camera-dead": Fault("no frames come", needs_mission=True),
     "camera-ffc": Fault("the shutter closes for a calibration", needs_mission=True),
+    "operator-stop": Fault("the operator presses Ctrl-C at `rover run`", lasting=False, needs_mission=True),
 }
+IN_MISSIONS = (
+    "companion-killed", "companion-frozen", "operator-stop", "camera-frozen", "camera-dead", "camera-ffc",
+    "emergency-stop-input", "firmware-hang", "firmware-stall", "brown-out", "encoder-stuck", "encoder-reversed",
+    "encoders-swapped", "encoder-jump", "wheel-slip", "motor-stalled", "motor-open", "sonar-dead", "sonar-near",
+    "sonar-deaf", "obstacle-ahead", "battery-sag",
+)  # fmt: skip
+"""Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from rover.motion.segment import FLAG_BEGIN, FLAG_REST
@@ -10,23 +9,18 @@ from rover_plant import Plant
 from rover_protocol import messages
 
 from rover_hil.scenario.board_faults import FaultyRig
-from rover_hil.scenario.catalogue import SONARS, WHEELS
 from rover_hil.scenario.driver import Companion
 from rover_hil.scenario.host import Host
 from rover_hil.scenario.language import Injection
 from rover_hil.scenario.probe import Probe
-from rover_hil.scenario.stage import POST_HEIGHT
 from rover_hil.scenario.wire_faults import FLIP, WireFaults
+from rover_hil.scenario.world_faults import WorldFaults, number
 
 ON_THE_WIRE = (
     "serial-cut", "bit-errors", "byte-loss", "noise", "frame-loss", "frame-delay", "frame-duplicate", "frame-reorder",
     "can-bus-off", "keep-alive-stuck", "wrong-schema",
 )  # fmt: skip
-OF_A_WHEEL = ("encoder-stuck", "encoder-reversed", "motor-stalled", "motor-open")
-OF_A_SONAR = ("sonar-dead", "sonar-deaf")
-OF_THE_ROVER = ("encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
 RESTART = 0x5242_4F54
-FOOTPRINT = 0.15
 
 
 class Injector:
@@ -35,8 +29,7 @@ class Injector:
     def __init__(
         self, plant: Plant, rig: FaultyRig, wire: WireFaults, host: Host, companion: Companion, probe: Probe
     ) -> None:
-        self._plant = plant
-        self._rig = rig
+        self._world = WorldFaults(plant, rig)
         self._wire = wire
         self._host = host
         self._companion = companion
@@ -57,24 +50,11 @@ class Injector:
             self._switch(injection, False)
 
     def _switch(self, injection: Injection, on: bool) -> None:
-        name, p = injection.fault, injection.parameters
-        if name in OF_A_WHEEL or name == "wheel-slip":
-            size = float(p["share"]) if name == "wheel-slip" else 1.0  # type: ignore[arg-type]
-            self._plant.set_fault(name, WHEELS.index(str(p["wheel"])), size if on else 0.0)
-        elif name in OF_A_SONAR or name == "sonar-near":
-            size = float(p["range_m"]) if name == "sonar-near" else 1.0  # type: ignore[arg-type]
-            sensors = SONARS if p["sensor"] == "all" else (str(p["sensor"]),)
-            for sensor in sensors:
-                self._plant.set_fault(name, SONARS.index(sensor), size if on else 0.0)
-        elif name in OF_THE_ROVER:
-            self._plant.set_fault(name, 0, 1.0 if on else 0.0)
-        elif name == "battery-sag":
-            self._plant.set_fault("voltage-drop", 0, float(p["drop_v"]) if on else 0.0)  # type: ignore[arg-type]
-        elif name == "emergency-stop-input":
-            self._rig.set_emergency_stop(on)
-        elif name == "companion-frozen":
+        if self._world.switch(injection, on):
+            return
+        if injection.fault == "companion-frozen":
             self._host.frozen = on
-        elif name == "motion-stops":
+        elif injection.fault == "motion-stops":
             self._companion.hold = on
         elif on:
             self._once(injection)
@@ -82,26 +62,19 @@ class Injector:
     def _once(self, injection: Injection) -> None:
         actions: dict[str, Callable[[Injection], None]] = {
             "companion-killed": lambda i: self._host.kill(),
-            "host-clock-jump": lambda i: self._host.jump(_number(i, "jump_s")),
-            "stop-command": lambda i: self._companion.link.stop(int(_number(i, "reason"))),
-            "emergency-stop-command": lambda i: self._companion.link.emergency_stop(int(_number(i, "reason"))),
+            "host-clock-jump": lambda i: self._host.jump(number(i, "jump_s")),
+            "stop-command": lambda i: self._companion.link.stop(int(number(i, "reason"))),
+            "emergency-stop-command": lambda i: self._companion.link.emergency_stop(int(number(i, "reason"))),
             "disarm-command": lambda i: self._send("Disarm"),
             "arm-command": self._arm,
             "re-arm": lambda i: setattr(self._companion, "re_arm", True),
             "hello-command": self._hello,
             "parameter-set": lambda i: self._send(
-                "ParameterSet", identifier=int(_number(i, "identifier")), value=int(_number(i, "value"))
+                "ParameterSet", identifier=int(number(i, "identifier")), value=int(number(i, "value"))
             ),
             "reboot-command": lambda i: self._send("Reboot", magic=RESTART),
             "send": self._raw,
             "send-segments": self._segments,
-            "firmware-hang": lambda i: self._rig.hang(),
-            "firmware-stall": lambda i: self._rig.stall(i.duration or 0.06),
-            "brown-out": lambda i: self._rig.brown_out(i.duration or 0.05),
-            "encoder-jump": lambda i: self._plant.kick_encoder(
-                WHEELS.index(str(i.parameters["wheel"])), int(_number(i, "counts"))
-            ),
-            "obstacle-ahead": self._obstacle,
         }
         actions[injection.fault](injection)
 
@@ -121,34 +94,23 @@ class Injector:
         assert isinstance(names, tuple)
         assert isinstance(values, dict)
         message = messages.BY_NAME[str(names[0])]
-        for _ in range(int(_number(injection, "count"))):
+        for _ in range(int(number(injection, "count"))):
             self._send(message.name, **{field.name: values.get(field.name, 0) for field in message.fields})
 
     def _segments(self, injection: Injection) -> None:
-        first = int(float(self._probe.values.get("next_index", 0.0)) + _number(injection, "offset"))
+        first = int(float(self._probe.values.get("next_index", 0.0)) + number(injection, "offset"))
         begin, rest = injection.parameters["begin"], injection.parameters["rest"] == "yes"
         if begin != "no":
             delay = 0.1 if begin == "soon" else -1.0
             start = self._companion.link.clock_estimate.to_firmware(self._host.now() + delay)
             self._send("SegmentStart", index=first & 0xFFFF, start_time=start & 0xFFFF_FFFF)
-        for number in range(int(_number(injection, "count"))):
-            index = (first + number) & 0xFFFF
-            begins = begin != "no" and number == 0
+        for ahead in range(int(number(injection, "count"))):
+            index = (first + ahead) & 0xFFFF
+            begins = begin != "no" and ahead == 0
             self._send(
                 "SegmentTravel",
                 index=index,
-                duration=round(_number(injection, "duration_ms") * 1000.0),
-                jerk_travel=round(_number(injection, "jerk_travel") * 1e6),
+                duration=round(number(injection, "duration_ms") * 1000.0),
+                jerk_travel=round(number(injection, "jerk_travel") * 1e6),
             )
             self._send("SegmentHeading", index=index, jerk_heading=0, flags=FLAG_BEGIN * begins | FLAG_REST * rest)
-
-    def _obstacle(self, injection: Injection) -> None:
-        x, y, heading = self._plant.pose()
-        radius = _number(injection, "radius_m")
-        bearing = heading + math.radians(_number(injection, "bearing_deg"))
-        reach = FOOTPRINT + _number(injection, "distance_m") + radius
-        self._plant.add_obstacle(x + reach * math.cos(bearing), y + reach * math.sin(bearing), radius, POST_HEIGHT)
-
-
-def _number(injection: Injection, name: str) -> float:
-    return float(injection.parameters[name])  # type: ignore[arg-type]

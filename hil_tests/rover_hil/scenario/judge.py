@@ -86,6 +86,8 @@ class Judge:
         if since is None:
             return None
         elapsed = moment.time - since.time
+        if elapsed < expectation.begin - PATIENCE:
+            return None
         asked = _asked(expectation)
         failing = [check for check in expectation.checks if not _holds(check, moment, since)]
         if elapsed > expectation.within + PATIENCE:
@@ -100,7 +102,8 @@ class Judge:
 
 def _asked(expectation: Expectation) -> str:
     what = " and ".join(check.text for check in expectation.checks)
-    earliest = f"{expectation.not_before:g} to " if expectation.not_before else ""
+    start = max(expectation.not_before, expectation.begin)
+    earliest = f"{start:g} to " if start else ""
     return f"{what}, {earliest}{expectation.within:g} s after {expectation.after}"
 
 

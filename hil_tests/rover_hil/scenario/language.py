@@ -62,12 +62,16 @@ class Check:
 
 @dataclass(frozen=True)
 class Expectation:
-    """Must come true within `within` seconds after the event `after`, and not before `not_before`."""
+    """Must come true within `within` seconds after the event `after`, and not before `not_before`.
+
+    What is the case before `begin` seconds is not looked at.
+    """
 
     name: str
     after: str
     within: float
     not_before: float
+    begin: float
     checks: tuple[Check, ...]
 
 

@@ -34,6 +34,8 @@ ROOT = Path(__file__).resolve().parents[3]
 MUTATIONS = Path(__file__).with_name("mutations.toml")
 RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
 PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
+MODELS = "companion/models"
+"""The companion looks for its model beside its sources' folder."""
 JOBS = 2
 QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
 """Mutants are built once and run for a minute: what building saves is worth more than their speed."""
@@ -118,6 +120,7 @@ class Workshop:
         shutil.copyfile(ROOT / "Cargo.lock", self.rust / "Cargo.lock")
         for name in PYTHON:
             _copy(ROOT / name, self.python / Path(name).name)
+        _copy(ROOT / MODELS, folder / Path(MODELS).name)
 
     def binary(self, mutation: Mutation | None) -> Path:
         """A rover-sitl without the guard, or the sound one. Raises PreflightFailed when it does not build."""

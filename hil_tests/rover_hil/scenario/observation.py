@@ -30,6 +30,12 @@ NUMBERS = {
     "malformed": "frames that the firmware has not understood",
     "sonar_m": "range of the centre sonar as the firmware tells it; 65.535 without an echo",
     "boots": "starts of the firmware so far",
+    "unseen_m2": "ground driven on that no frame had shown, m²",
+    "mine_m": "true distance from base_link to the edge of the nearest mine; 99 without mines",
+    "mines_driven_over": "mines that a wheel was on, counted at the end of a mission",
+    "keepout_violations": "entries of wheels into keep-out zones, counted at the end; -1 when the companion was killed",
+    "mines_with_contrast_found": "mines of at least 0.5 K that were reported, counted in the same way",
+    "false_indications": "indications where no mine is, counted in the same way",
 }
 FLAGS = {
     "powered": "the motors really are powered",
@@ -38,12 +44,16 @@ FLAGS = {
     "driving": "the scripted drive is not at its end",
     "buzzer": "the buzzer sounds",
 }
+COMPANION_WORDS = (
+    "Starting", "Driving", "Done", "Partial", "NoPath", "Aborted", "PreflightFailed", "SafetyStop", "LinkLost",
+    "Killed", "Failed",
+)  # fmt: skip
 WORDS: dict[str, tuple[str, ...]] = {
     "state": tuple(messages.VALUES["State"]["state"].values()),
     "cause": tuple(messages.VALUES["State"]["cause"].values()),
     "reset_cause": tuple(messages.VALUES["HelloBuild"]["reset_cause"].values()),
     "parameter_status": ("None", *messages.VALUES["ParameterValue"]["status"].values()),
-    "companion": ("Starting", "Driving", "Done", "PreflightFailed", "SafetyStop", "LinkLost", "Killed"),
+    "companion": COMPANION_WORDS,
 }
 
 Values = Mapping[str, "float | str | bool"]

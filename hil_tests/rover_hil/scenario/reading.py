@@ -49,7 +49,10 @@ def load_scenario(path: Path) -> Scenario:
 def _scenario(top: Table) -> Scenario:
     rigs = top.texts("rigs", catalogue.RIGS)
     transport = top.word("transport", catalogue.TRANSPORTS, "serial")
-    drive, mission = _drive(top.table("drive"))
+    drive, mission = _drive(top.table("drive"), transport)
+    for section in ("field", "parameters", "plant"):
+        if mission is not None and top.has(section):
+            raise top.error(section, "has no meaning beside drive.mission: the mission's file says where it is")
     injections = [_injection(table, number, mission) for number, table in enumerate(top.tables("inject"), 1)]
     for table, injection in zip(top.tables("inject"), injections, strict=True):
         _check_possible(table, injection, rigs, transport)
@@ -84,10 +87,12 @@ def _scenario(top: Table) -> Scenario:
     return scenario
 
 
-def _drive(table: Table) -> tuple[Drive, str | None]:
+def _drive(table: Table, transport: str) -> tuple[Drive, str | None]:
     mission = table.text("mission", None)
     if mission is not None:
         table.done()
+        if transport != "serial":
+            raise table.error("mission", "is driven over serial: leave out transport")
         return Drive(), mission
     moves: list[Move] = []
     for number, step in enumerate(table.raw("steps", []), 1):
@@ -120,6 +125,9 @@ def _injection(table: Table, number: int, mission: str | None) -> Injection:
     kind = FAULTS[fault]
     if kind.needs_mission and mission is None:
         raise table.error("fault", f"is {fault!r}, which a scripted drive does not notice: give drive.mission")
+    if mission is not None and fault not in catalogue.IN_MISSIONS:
+        known = ", ".join(catalogue.IN_MISSIONS)
+        raise table.error("fault", f"is {fault!r}, which is for scripted drives; in a mission there is {known}")
     at, when, after = table.number("at_s", 0.0, LONGEST, None), table.text("when", None), table.text("after", None)
     if when is not None and (at is not None or after is not None):
         raise table.error("when", "stands beside at_s or after: give one or the other")
@@ -215,13 +223,15 @@ def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
         after=_after(table, events),
         within=table.number("within_s", 0.001, LONGEST),
         not_before=table.number("not_before_s", 0.0, LONGEST, 0.0),
+        begin=table.number("from_s", 0.0, LONGEST, 0.0),
         checks=read_checks(table, moved=True),
     )
     table.done()
     if not expectation.checks:
         raise BadInput(f"{table.path}: {table.name} expects nothing: give state, cause, stopped, condition, …")
-    if expectation.not_before >= expectation.within:
-        raise table.error("not_before_s", "must be less than within_s")
+    for key, value in (("not_before_s", expectation.not_before), ("from_s", expectation.begin)):
+        if value >= expectation.within:
+            raise table.error(key, "must be less than within_s")
     if expectation.name in events:
         raise table.error("name", f"{expectation.name!r} is taken")
     events.append(expectation.name)

@@ -17,10 +17,10 @@ from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
 from rover_hil.scenario.language import Scenario
 from rover_hil.scenario.probe import Probe
 from rover_hil.scenario.wire_faults import WireFaults
+from rover_hil.scenario.world_faults import POST_HEIGHT
 
 RESOLUTION = 0.1
 MARGIN = 1.0
-POST_HEIGHT = 0.5
 NO_CAMERA_US = 10**15
 """First exposure: after the end of any run."""
 

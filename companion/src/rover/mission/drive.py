@@ -34,8 +34,8 @@ SAME_PLACE = 0.03
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
-    def __init__(self, vehicle: Vehicle, cruise_speed: float, round_corners: bool = True) -> None:
-        """`round_corners`: where the map has room; without it all but soft corners are turned on the spot."""
+    def __init__(self, vehicle: Vehicle, cruise_speed: float, round_corners: bool = False) -> None:
+        """`round_corners`: where the map has room; otherwise all but soft corners are turned on the spot."""
         travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
         self.committed = CommittedMotion()
         self._follower = PathFollower(vehicle, travel)

@@ -28,15 +28,26 @@ ON_THE_EMULATOR = (
 )
 
 
-@pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
-def test_scenario(file: Path, rig_name: str) -> None:
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """One test for each scenario and each rig that it runs on here, marked with the rig."""
+    if "on_rig" not in metafunc.fixturenames:
+        return
+    wanted = metafunc.config.getoption("--rig") or ("sitl", "emulator")
+    pairs = [(file, "sitl") for file in FILES] + [(file, "emulator") for file in FILES if file.stem in ON_THE_EMULATOR]
+    metafunc.parametrize(
+        ("file", "on_rig"),
+        [
+            pytest.param(file, rig, marks=pytest.mark.rig(rig), id=f"{file.stem}-{rig}")
+            for file, rig in pairs
+            if rig in wanted and rig in load_scenario(file).rigs
+        ],
+    )
+
+
+def test_scenario(file: Path, on_rig: str) -> None:
     scenario = load_scenario(file)
-    if rig_name not in scenario.rigs:
-        pytest.skip(f"{file.stem} cannot exist on {rig_name}")
-    if rig_name == "emulator" and file.stem not in ON_THE_EMULATOR:
-        pytest.skip(f"rover hil run {file.stem} --rig emulator runs it: each takes seconds")
     try:
-        result = play(scenario, rig_name)
+        result = play(scenario, on_rig)
     except PreflightFailed as missing:
         pytest.skip(str(missing))
     events = [f"{time:.3f} {what}" for time, what in result.track.events]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import numpy as np
 import typer
@@ -16,18 +17,33 @@ from rover.errors import BadInput
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rover.vision.sequence import SequencePose
+    from rover.vision.camera import CameraModel
+
+
+class PlacedCamera(Protocol):
+    """What both kinds of tracking give: the frame's number, position (3,) and rotation (3, 3) of the camera."""
+
+    @property
+    def frame(self) -> int: ...
+    @property
+    def position(self) -> NDArray[np.float64]: ...
+    @property
+    def rotation(self) -> NDArray[np.float64]: ...
+
 
 HELP = """Track a camera through a folder of frames (8 or 16 bits, in the order of their names).
 
 Poses are those of the camera (x right, y down, z forward) in the axes of the first tracked frame. Frames alone don't
 tell how large the world is: one unit of length is the distance from the first frame to the plane that it looks at.
+With --ground-plane the camera moves over flat ground on its mount ([mount] in the camera file), and poses are in
+metres: the map's origin lies on the ground, where base_link was at the first tracked frame, x ahead, z up.
 A frame that cannot be placed is left out.
 
 \b
 Examples:
   rover track frames --camera camera.toml
   rover track frames --camera camera.toml --json | jq '.poses[-1]'
+  rover track frames --camera lepton-160 --ground-plane
 """
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
@@ -36,28 +52,51 @@ EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
 def command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of frames.")],
     camera: Annotated[str, typer.Option("--camera", metavar="CAMERA", help="Camera TOML, or a built-in name.")],
+    ground_plane: Annotated[
+        bool, typer.Option("--ground-plane", help="Flat ground, camera on its mount: metres.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
     from rover.capture.picture import read_picture
     from rover.cli.progress import progress
     from rover.vision.camera_file import load_camera
-    from rover.vision.sequence import SequenceSettings, track_sequence
 
-    model = load_camera(camera, mounted=False)
+    model = load_camera(camera, mounted=ground_plane)
     files = picture_files(folder)
     pictures = [read_picture(file) for file in files]
     for file, picture in zip(files, pictures, strict=True):
         model.check_size(picture.shape, str(file))
     begin = time.perf_counter()
     with progress("frames") as advance:
-        poses = track_sequence(pictures, model, SequenceSettings(), advance)
+        poses = _over_ground(pictures, model, advance) if ground_plane else _free(pictures, model, advance)
     each_ms = (time.perf_counter() - begin) * 1e3 / len(files)
     if as_json:
         write_json(document(poses, [file.name for file in files], each_ms))
     else:
         write_text("\n".join(lines(poses, [file.name for file in files], each_ms)))
     return 0
+
+
+def _free(
+    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
+) -> Sequence[PlacedCamera]:
+    from rover.vision.sequence import SequenceSettings, track_sequence
+
+    return track_sequence(pictures, camera, SequenceSettings(), advance)
+
+
+def _over_ground(
+    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
+) -> Sequence[PlacedCamera]:
+    from rover.capture.frame import Frame
+    from rover.vision.ground_track import track_over_ground
+
+    frames = [
+        Frame(picture.astype(np.uint16), index * FRAME_PERIOD, index, kelvin_per_count=None)
+        for index, picture in enumerate(pictures)
+    ]
+    return track_over_ground(frames, camera, advance)
 
 
 def picture_files(folder: Path) -> list[Path]:
@@ -70,7 +109,7 @@ def picture_files(folder: Path) -> list[Path]:
     return files
 
 
-def document(poses: list[SequencePose], names: list[str], each_ms: float) -> dict[str, Any]:
+def document(poses: Sequence[PlacedCamera], names: list[str], each_ms: float) -> dict[str, Any]:
     """The poses as JSON; t in seconds as if a frame came every FRAME_PERIOD: a folder has no times."""
     return {
         "frames": len(names),
@@ -85,7 +124,7 @@ def document(poses: list[SequencePose], names: list[str], each_ms: float) -> dic
     }
 
 
-def lines(poses: list[SequencePose], names: list[str], each_ms: float) -> list[str]:
+def lines(poses: Sequence[PlacedCamera], names: list[str], each_ms: float) -> list[str]:
     """The poses for a person."""
     head = f"{len(poses)} of {len(names)} frames tracked, {each_ms:.0f} ms a frame"
     return [head] + [

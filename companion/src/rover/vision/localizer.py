@@ -47,12 +47,13 @@ class LocalizerSettings:
     track_width: float = 0.20
     gate: float = 16.3
     floor: tuple[float, float, float] = (0.002, 0.002, 0.002)
-    blur: tuple[float, float, float] = (0.002, 0.002, 0.002)
+    blur: tuple[float, float, float] = (0.003, 0.003, 0.005)
     doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
     lost_after: int = 3
     max_lag: float = 1.0
-    preprocess: PreprocessSettings = field(default_factory=PreprocessSettings)
-    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=180, levels=1, surplus=2))
+    preprocess: PreprocessSettings = field(default_factory=lambda: PreprocessSettings(gaussian_sigma=0.7))
+    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=160, levels=1, surplus=2))
+    keyframe_features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=400, levels=1, surplus=2))
     placement: PlacementSettings = field(default_factory=PlacementSettings)
     relocation: RelocationSettings = field(default_factory=RelocationSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
@@ -101,7 +102,7 @@ class Localizer:
         self.keyframes = KeyframeStore(camera, s.keyframes)
         self.filter = PoseFilter(start, start_sigma, s.motion_sigma)
         self._history = MotionHistory()
-        self._observer = Observer(camera, s.preprocess, s.features)
+        self._observer = Observer(camera, s.preprocess, s.features, s.keyframe_features)
         self._mark = mark
         self._filter_time = -math.inf
         self._front = self.filter.mean[:5].copy()
@@ -181,10 +182,8 @@ class Localizer:
         if found < self.settings.placement.ground_pose.min_inliers:
             return Fix(time, False, "too little texture", found)
         if len(self.keyframes) == 0:
-            self._keep(time, seen)
+            self._keep(time)
             return Fix(time, True, "first", found, keyframe=True)
-        if self.lost:
-            return self._relocate(time, seen, Fix(time, False, "lost", found))
         overlap = self.keyframes.overlap(self.filter.mean[:3], self.filter.keyframe_poses())
         self._mark("filter")
         fix = Fix(time, False, "new ground", found)
@@ -200,7 +199,7 @@ class Localizer:
             if not fix.accepted and unknown and self._proposal is None and self.settings.motion == "wheels":
                 fix = replace(fix, reason="new ground: placed by the wheels", keyframe=True)
         if fix.keyframe or (fix.accepted and overlap.max() < self.settings.keyframes.sparse):
-            self._keep(time, seen)
+            self._keep(time)
             return replace(fix, keyframe=True)
         return fix
 
@@ -239,13 +238,15 @@ class Localizer:
             self.filter.doubt(s.doubt)
         return refused
 
-    def _keep(self, time: float, seen: Observation) -> None:
+    def _keep(self, time: float) -> None:
+        seen = self._observer.look_closer()
         if len(self.keyframes) >= self.settings.keyframes.limit:
             index = self.keyframes.redundant()
             self.filter.drop_keyframe(index)
             self.keyframes.drop(index)
         self.filter.add_keyframe(np.diag(np.square(self.settings.blur)))
         self.keyframes.add(Keyframe(seen.ground, seen.signs, seen.pixel_m, time), self.filter.keyframe_poses())
+        self._mark("keyframe")
 
     def _fix(self, time: float, accepted: bool, reason: str, seen: Observation, made: Placement, index: int) -> Fix:
         assert made.found is not None

@@ -33,7 +33,7 @@ class RelocationSettings:
     voters: int = 120
     vote_bits: float = 60.0
     asked: int = 3
-    inliers: int = 25
+    inliers: int = 20
     share: float = 0.3
     extent: float = 0.07
     agree: float = 0.05

@@ -221,5 +221,3 @@ def nearest_mine(mines: NDArray[np.float64], x: float, y: float) -> dict[str, fl
     if not len(mines):
         return {"mine_m": FAR}
     return {"mine_m": float((np.hypot(mines[:, 0] - x, mines[:, 1] - y) - mines[:, 2]).min())}
-
-

@@ -60,7 +60,7 @@ class Perception:
         self._area = (area.width, area.height)
         self._counts: tuple[int, int] | None = None
         self._moving = False
-        self._frames_before = 0
+        self._shown = self._shown_before = 0  # frames that showed ground: the shutter open, the place known
         self._footprint = self.grid.view_polygon(camera)
 
     @property
@@ -123,7 +123,10 @@ class Perception:
             self.fixes += 1
         elif not frame.ffc:
             self.rejected += 1
-        if frame.ffc or self.sigma > MAPPING_SIGMA or self.frames % MAP_EVERY:
+        if frame.ffc or self.sigma > MAPPING_SIGMA:
+            return False
+        self._shown += 1
+        if self.frames % MAP_EVERY:
             return False
         pose = self.localizer.pose_at(frame.time)
         image = self._rectifier.rectify(frame)
@@ -143,7 +146,7 @@ class Perception:
 
     def count_views(self, goal: Goal) -> None:
         """Notes how often a goal has been seen so far, before it is inspected."""
-        self._frames_before = self.frames
+        self._shown_before = self._shown
 
     def was_viewed(self, goal: Goal) -> bool:
         """True when the goal lies on seen ground in view of the pose and enough frames came since `count_views`."""
@@ -151,4 +154,4 @@ class Perception:
         column = min(int(goal.x / self.grid.resolution), self.grid.shape[1] - 1)
         shown = bool(self.grid.seen[row, column] or self.grid.occupied[row, column])
         in_view = bool(self.in_view(self.pose)[row, column])
-        return shown and in_view and self.frames - self._frames_before >= INSPECTION_VIEWS
+        return shown and in_view and self._shown - self._shown_before >= INSPECTION_VIEWS

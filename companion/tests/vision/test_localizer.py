@@ -10,7 +10,7 @@ import pytest
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera_file import load_camera
-from rover.vision.localizer import Fix, Localizer
+from rover.vision.localizer import Fix, Localizer, LocalizerSettings
 from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture, with_wheels
 
 LATENCY_STEPS = 3
@@ -166,3 +166,73 @@ def test_wheels_alone_follow_an_arc_and_pose_at_goes_back_along_it() -> None:
     half = localizer.pose_at(10 * STEP)
     assert half.distance(Pose2(0.5 * math.sin(quarter / 2), 0.5 * (1 - math.cos(quarter / 2)), 0.0)) < 0.01
     assert half.heading == pytest.approx(quarter / 2, abs=0.02)
+
+
+def test_frames_alone_stay_within_8_cm() -> None:
+    rng = np.random.default_rng(8)
+    path = drive(rng, 2.0, slip=0.0)
+    scene = ThermalScene(CAMERA, texture(rng), rng)
+    localizer = Localizer(CAMERA, path.poses[0], START_SIGMA, LocalizerSettings(motion="frames"))
+    errors = []
+    for step in range(FRAME_STEPS, len(path.poses), FRAME_STEPS):
+        assert localizer.observe(scene.frame(path.poses[step], step * STEP, step)).accepted
+        errors.append(error(localizer.pose, path.poses[step]))
+    assert np.hypot(*np.array(errors)[:, :2].T).max() < 0.08
+    assert abs(math.degrees(errors[-1][2])) < 2.0
+
+
+def test_frames_alone_take_no_wheels() -> None:
+    localizer = Localizer(CAMERA, Pose2(0.0, 0.0, 0.0), START_SIGMA, LocalizerSettings(motion="frames"))
+    with pytest.raises(ValueError, match="frames alone"):
+        localizer.predict(0.1, 0.01, 0.01)
+
+
+@pytest.fixture
+def driven() -> tuple[Localizer, ThermalScene, Drive, float]:
+    """A localizer after two metres, its scene, the way, and the time reached."""
+    rng = np.random.default_rng(12)
+    path = drive(rng, 2.0)
+    scene = ThermalScene(CAMERA, texture(rng), rng)
+    localizer = Localizer(CAMERA, path.poses[0], START_SIGMA)
+    for step in range(1, len(path.poses)):
+        localizer.predict(step * STEP, path.left[step - 1], path.right[step - 1])
+        if step % FRAME_STEPS == 0:
+            localizer.observe(scene.frame(path.poses[step], step * STEP, step))
+    return localizer, scene, path, len(path.poses) * STEP
+
+
+def test_kidnapped_to_a_known_place_it_is_found_within_3_frames(
+    driven: tuple[Localizer, ThermalScene, Drive, float],
+) -> None:
+    localizer, scene, path, time = driven
+    place = path.poses[len(path.poses) // 3].compose(Pose2(0.03, -0.02, 0.1))
+    for count in range(1, 4):
+        localizer.predict(time + 0.12 * count, 0.0, 0.0)
+        fix = localizer.observe(scene.frame(place, time + 0.12 * count, count))
+        assert fix.accepted or fix.reason
+        if fix.accepted:
+            break
+    assert fix.reason == "relocated"
+    assert not localizer.lost
+    assert localizer.pose.distance(place) < 0.03
+    assert abs(math.degrees(wrap_angle(localizer.pose.heading - place.heading))) < 1.0
+
+
+def test_kidnapped_to_a_place_never_seen_it_says_that_it_is_lost_until_it_is_brought_back(
+    driven: tuple[Localizer, ThermalScene, Drive, float],
+) -> None:
+    localizer, scene, path, time = driven
+    before = np.trace(localizer.covariance[:2, :2])
+    keyframes = len(localizer.keyframes)
+    away, back = Pose2(4.5, -1.0, 2.0), path.poses[40]
+    for count in range(1, 9):
+        localizer.predict(time + 0.12 * count, 0.0, 0.0)
+        assert not localizer.observe(scene.frame(away, time + 0.12 * count, count)).accepted
+        assert localizer.lost == (count >= 3)
+    assert np.trace(localizer.covariance[:2, :2]) > 4.0 * before
+    assert len(localizer.keyframes) == keyframes, "nothing is learned while it is lost"
+    for count in range(9, 12):
+        localizer.predict(time + 0.12 * count, 0.0, 0.0)
+        localizer.observe(scene.frame(back, time + 0.12 * count, count))
+    assert not localizer.lost
+    assert localizer.pose.distance(back) < 0.03

@@ -39,7 +39,8 @@ class LocalizerSettings:
 
     gate: squared Mahalanobis distance up to which a pose is believed (99.9 % of three degrees of freedom).
     floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. blur: the same of a keyframe's own
-    features, shared by all fixes against it. doubt: the same, added for each frame that contradicts what is believed.
+    features, shared by all fixes against it; blur_alone: without wheels that hold keyframes together.
+    doubt: the same, added for each frame that contradicts what is believed.
     lost_after: contradicting frames in a row after which the rover counts as lost.
     """
 
@@ -48,6 +49,7 @@ class LocalizerSettings:
     gate: float = 16.3
     floor: tuple[float, float, float] = (0.002, 0.002, 0.002)
     blur: tuple[float, float, float] = (0.003, 0.003, 0.005)
+    blur_alone: tuple[float, float, float] = (0.0045, 0.0045, 0.0075)
     doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
     lost_after: int = 3
     max_lag: float = 1.0
@@ -244,7 +246,8 @@ class Localizer:
             index = self.keyframes.redundant()
             self.filter.drop_keyframe(index)
             self.keyframes.drop(index)
-        self.filter.add_keyframe(np.diag(np.square(self.settings.blur)))
+        blur = self.settings.blur if self.settings.motion == "wheels" else self.settings.blur_alone
+        self.filter.add_keyframe(np.diag(np.square(blur)))
         self.keyframes.add(Keyframe(seen.ground, seen.signs, seen.pixel_m, time), self.filter.keyframe_poses())
         self._mark("keyframe")
 

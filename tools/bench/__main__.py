@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from tools.bench import detector, missions, planner, protocol, trajectory
+from tools.bench import detector, missions, planner, protocol, trajectory, vision
 
 BENCHES = {
     "detector": detector.main,
@@ -12,6 +12,7 @@ BENCHES = {
     "planner": planner.main,
     "protocol": protocol.main,
     "trajectory": trajectory.main,
+    "vision": vision.main,
 }
 
 

@@ -1,0 +1,70 @@
+"""Runs the tables one after the other."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+import cv2
+
+from tools.bench.vision import picture, preparation, registration, speed, tables
+
+SIMULATED = ("drives", "loops", "speed")
+REAL = ("registration", "unrelated", "neighbours", "clusters", "preparation")
+
+
+def main(arguments: list[str]) -> int:
+    """Prints the tables asked for as Markdown."""
+    parser = argparse.ArgumentParser(prog="python -m tools.bench vision", description=__doc__)
+    parser.add_argument("--only", choices=SIMULATED + REAL, action="append", help="this table alone; may be repeated")
+    parser.add_argument("--camera", default="lepton-160", help="of the drives and loops")
+    parser.add_argument("--seeds", type=int, default=8, help="drives")
+    parser.add_argument("--first", type=int, default=7000, help="seed of the first field")
+    parser.add_argument("--metres", type=float, default=20.0)
+    parser.add_argument("--slip", type=float, default=0.05, help="bound of each wheel's scale error")
+    parser.add_argument("--loops", type=int, default=10)
+    parser.add_argument("--kidnaps", type=int, default=10, help="at the end of each drive")
+    parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
+    parser.add_argument("--pairs", type=int, default=550, help="unrelated pairs")
+    parser.add_argument("--every", type=int, default=8, help="every so many neighbours of landmines")
+    parser.add_argument("--picture", type=Path, help="write the picture of docs/vision.md there, nothing else")
+    options = parser.parse_args(arguments)
+    wanted = options.only or list(SIMULATED + REAL)
+    cv2.setNumThreads(1)
+    if options.picture is not None:
+        picture.draw(options.picture, options.camera, options.first)
+        return 0
+    load = os.getloadavg()[0] / (os.cpu_count() or 1)
+    if "drives" in wanted:
+        print(f"{options.seeds} simulated drives of {options.metres:g} m, {options.slip:.0%} slip, {options.camera}:\n")
+        print(tables.drive_table(options.camera, options.seeds, options.first, options.slip, options.metres,
+                                 options.kidnaps) + "\n")  # fmt: skip
+    if "loops" in wanted:
+        print(f"{options.loops} simulated loops, wheels and frames, cm RMS loop by loop:\n")
+        print(tables.loop_table(options.camera, 3, options.first + 500, options.slip, options.loops) + "\n")
+    if "speed" in wanted:
+        busy = f" (the machine is busy, load {load:.1f} per core: too long)" if load > 0.7 else ""
+        print(f"One frame from counts to pose, ms of processor time, median{busy}:\n")
+        print(speed.speed_table(options.first, 6.0) + "\n")
+    if set(wanted) & set(REAL):
+        if options.data is None:
+            print("no real pictures: give --data DIR or ROVER_DATA", file=sys.stderr)
+            return 0 if options.only is None else 2
+        _real(wanted, Path(options.data), options.pairs, options.every)
+    return 0
+
+
+def _real(wanted: list[str], data: Path, pairs: int, every: int) -> None:
+    if "registration" in wanted:
+        print(registration.graf_table(data) + "\n")
+        print(registration.facade_table(data) + "\n")
+    if "clusters" in wanted:
+        print(registration.cluster_table(data) + "\n")
+    if "unrelated" in wanted:
+        print(registration.unrelated_table(data, pairs, 1) + "\n")
+    if "neighbours" in wanted:
+        print(registration.neighbours_table(data, every) + "\n")
+    if "preparation" in wanted:
+        print(preparation.preparation_table(data) + "\n")

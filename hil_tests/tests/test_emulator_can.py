@@ -8,6 +8,7 @@ import pytest
 from rover_hil.emulator import mcp2515_registers as regs
 from rover_hil.emulator.can_bus import CanBus, Frame
 from rover_hil.emulator.mcp2515 import Mcp2515
+from rover_hil.emulator.paced_adapter import OPENING_TICKS, PacedAdapter
 from rover_hil.emulator.slcan import SlcanAdapter
 from rover_hil.testing.thumb_programs import FOREVER, start
 
@@ -44,6 +45,14 @@ class Bench:
         head = (identifier >> 3, identifier << 5 & 0xFF, 0, 0, len(data))
         self.spi(0x40 | 2 * buffer, *head, *data)
         self.spi(0x80 | 1 << buffer)
+
+    def taken(self) -> int:
+        """Frames that wait in the receive buffers; reading frees them."""
+        waiting = self.spi(0xA0, 0)[1] & 3
+        for buffer in range(2):
+            if waiting >> buffer & 1:
+                self.spi(0x90 | 4 * buffer, *[0] * 13)
+        return waiting.bit_count()
 
     def wait_us(self, microseconds: float) -> None:
         self._processor.run_until(self.clock.cycles + round(microseconds * 125))
@@ -176,3 +185,40 @@ def test_what_is_no_command_is_refused_by_the_adapter(line: bytes) -> None:
     bench = Bench()
     bench.host.push(line + b"\r")
     assert bench.host.answers == b"\x07"
+
+
+class TestPacedAdapter:
+    """The adapter of the lock-stepped board: frames go both ways in declared ticks."""
+
+    def test_two_frames_of_the_host_go_on_the_bus_in_a_tick_and_none_while_the_adapter_opens(self) -> None:
+        bench, adapter = _paced_bench()
+        adapter.push(b"t0100\rt0200\rt0300\r")
+        heard = []
+        for _ in range(OPENING_TICKS + 2):
+            adapter.release()
+            bench.wait_us(1000)
+            heard.append(bench.taken())
+        assert heard == [0] * OPENING_TICKS + [2, 1]
+
+    def test_what_a_tick_says_is_handed_over_once_it_is_through_the_lowest_identifier_first(self) -> None:
+        bench, adapter = _paced_bench()
+        bench.send(0x300, b"")
+        bench.send(0x080, b"", buffer=1)
+        bench.wait_us(1000)
+        adapter.push(b"V\r")
+        assert adapter.hand_over(bench.clock.cycles) == b"t0800\rt3000\rV0101\r"
+        before = bench.clock.cycles
+        bench.send(0x300, b"")
+        bench.wait_us(1000)
+        assert adapter.hand_over(before + 90 * 125) == b"", "it takes 94 us at least"
+        assert adapter.hand_over(bench.clock.cycles) == b"t3000\r"
+
+
+def _paced_bench() -> tuple[Bench, PacedAdapter]:
+    """A bench whose host is a paced adapter that has just opened the bus."""
+    bench = Bench()
+    bench.host.push(b"C\r")
+    adapter = PacedAdapter(bench.bus, bench.clock)
+    adapter.push(b"S6\rO\r")
+    adapter.answers.clear()
+    return bench, adapter

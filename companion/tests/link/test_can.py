@@ -153,7 +153,7 @@ def test_frames_are_lines_of_text_and_every_character_is_counted(pty) -> None:
     assert line == slcan("Arm", token=0x0107) == b"t01820701\r"
     assert transport.bytes_written == len(opening) + len(line)
     up, _ = transport.wire_times(messages.Arm.LENGTH, 8)
-    assert up == pytest.approx(0.001 + 63 / 500_000), "a step of the rig, and 63 bits of the bus"
+    assert up == pytest.approx(0.001 - 50e-6 + 63 / 500_000), "just before the end of a step, and 63 bits"
     transport.close()
 
 

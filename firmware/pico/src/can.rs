@@ -78,10 +78,16 @@ pub static RECEIVED: Channel<CriticalSectionRawMutex, Received, 16> = Channel::n
 static OUTGOING: Channel<CriticalSectionRawMutex, Frame, 4> = Channel::new();
 /// Frames were lost because nobody took them in time.
 pub static LOST: Overrun = Overrun::new();
+/// What passes the bus within a millisecond even when the companion sends as much: what is said in one tick is then
+/// with the companion before the next tick's is. As in firmware/sitl/src/can_adapter.rs.
+const FRAMES_PER_TICK: usize = 2;
 
-/// As many frames of the core as there is room for.
+/// As many frames of the core as a tick may send and as there is room for.
 pub fn send(core: &mut Core) {
-    while !OUTGOING.is_full() {
+    for _ in 0..FRAMES_PER_TICK {
+        if OUTGOING.is_full() {
+            return;
+        }
         let Some(outgoing) = core.transmit_frame() else {
             return;
         };

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from rover_hil.emulator import wiring
 from rover_hil.emulator.can_bus import CanBus
-from rover_hil.emulator.chip import Chip
+from rover_hil.emulator.chip import CYCLES_PER_US, Chip
 from rover_hil.emulator.descriptor import Descriptor
 from rover_hil.emulator.mcp2515 import Mcp2515
-from rover_hil.emulator.slcan import SlcanAdapter
+from rover_hil.emulator.paced_adapter import PacedAdapter
 
 BITS_PER_BYTE = 8
+RELEASE_US = 134
+"""From the beginning of the board's millisecond until the host's frames go on the bus: 60 µs before the tick, so that
+none of them is through before it (the shortest takes 94 µs), and all are long before the next."""
+HEARD_US = 324
+"""130 µs after the tick: what it says is not through by then (60 µs until it is in the controller, 94 µs on the bus),
+and what the tick before has said is."""
 
 
 def fit_controller(chip: Chip) -> CanBus:
@@ -37,7 +43,9 @@ class CanWire:
 
     def __init__(self, chip: Chip, descriptor: int) -> None:
         self._line = Descriptor(descriptor)
-        self._adapter = SlcanAdapter(fit_controller(chip))
+        self._adapter = PacedAdapter(fit_controller(chip), chip.clock)
+        self._release = chip.clock.create_alarm(self._adapter.release)
+        self._heard_until = 0
 
     @property
     def sent(self) -> int:
@@ -49,9 +57,10 @@ class CanWire:
         data = self._line.read(due)
         if data is not None:
             self._adapter.push(data)
+        self._release.schedule_at(start + RELEASE_US * CYCLES_PER_US)
+        self._heard_until = start + HEARD_US * CYCLES_PER_US
         return data is not None
 
     def transmit(self) -> None:
-        """Hands the adapter's lines on."""
-        self._line.write(self._adapter.answers)
-        self._adapter.answers.clear()
+        """Hands on what the adapter has heard of the tick before."""
+        self._line.write(self._adapter.hand_over(self._heard_until))

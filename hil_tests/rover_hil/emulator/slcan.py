@@ -45,9 +45,13 @@ class SlcanAdapter:
 
     def heard(self, frame: Frame) -> None:
         """Becomes a line for the host."""
+        self.answers += self._text(frame)
+
+    @staticmethod
+    def _text(frame: Frame) -> bytes:
         kind = ("T" if frame.extended else "t", "R" if frame.extended else "r")[frame.remote]
         width = 8 if frame.extended else 3
-        self.answers += f"{kind}{frame.identifier:0{width}X}{frame.length}{frame.data.hex().upper()}\r".encode()
+        return f"{kind}{frame.identifier:0{width}X}{frame.length}{frame.data.hex().upper()}\r".encode()
 
     def failed(self, transmitting: bool, acknowledged: bool) -> None:
         """Tries again, like any controller; the adapter reports no errors."""

@@ -32,6 +32,10 @@ from rover.link.transport import Mark
 LINE_BYTES = 6
 """Characters of a frame's line around its payload: kind, three of the identifier, length, carriage return."""
 
+RELEASE_LEAD = 50e-6
+"""Seconds by which the rigs' adapter sends before the end of a step, less the time until the firmware has the frame
+(firmware/sitl/src/can_adapter.rs)."""
+
 
 class LockstepSlcan(slcanBus):
     """python-can's slcan, counting what it writes, and reading only what the rig has said to be there."""
@@ -110,13 +114,13 @@ class LockstepCanTransport(FrameTransport):
         return bus_bytes(payload)
 
     def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """The adapter has a whole line at the end of a step, and hands on at the end of a step what has come.
+        """The adapter sends shortly before the end of a step, and hands on at the end of a step what has come.
 
         The rig's firmware stamps a frame by its last bit, between the steps.
         """
         line = (LINE_BYTES + 2 * request) * 10.0 / SLCAN_BAUD
         up, down = (math.ceil(seconds / self.time_step) * self.time_step for seconds in (line, bus_time(reply)))
-        return up + bus_time(request), down
+        return up - RELEASE_LEAD + bus_time(request), down
 
     def announce(self, marks: list[Mark]) -> None:
         """Takes the rig's marks (virtual time in µs, bytes sent so far in all)."""

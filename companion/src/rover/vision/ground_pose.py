@@ -183,7 +183,8 @@ def refine(
 ) -> tuple[Pose2, Points, float]:
     """Robust Gauss-Newton from `start`: pose, covariance (3, 3), rms residual of one axis in pixels.
 
-    iterations: at most so many, 0 for the setting. Huber weights. The covariance is scaled up, never down, when the residuals are larger than `sigma_px`.
+    iterations: at most so many, 0 for the setting. Huber weights. The covariance is scaled up, never down, when the
+    residuals are larger than `sigma_px`.
     """
     mount = camera.extrinsic
     rotation, shift = mount[:3, :2], mount[:3, 3:]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +29,8 @@ class PlacementSettings:
     search: float = 0.04
     epsilon: float = 0.16
     min_points: int = 5
-    match: MatchSettings = MatchSettings()
-    ground_pose: GroundPoseSettings = GroundPoseSettings()
+    match: MatchSettings = field(default_factory=MatchSettings)
+    ground_pose: GroundPoseSettings = field(default_factory=GroundPoseSettings)
 
 
 @dataclass(frozen=True, eq=False)

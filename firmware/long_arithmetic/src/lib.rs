@@ -61,7 +61,7 @@ fn divide_by_short(high: u32, low: u32, d: u32) -> (u32, u32) {
     let upper = high << 16 | low >> 16;
     let (first, rest) = (upper / d, upper % d);
     let lower = rest << 16 | low & 0xffff;
-    (first << 16 | lower / d, lower % d)
+    ((first << 16) | (lower / d), lower % d)
 }
 
 /// `high < d`, `d >= 2^16`: two digits of 16 bits, each estimated from the upper half of the divisor (Knuth, algorithm D).

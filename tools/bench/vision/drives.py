@@ -31,11 +31,12 @@ START_SIGMA = (0.005, 0.005, 0.005)
 
 @dataclass
 class Track:
-    """Errors (N, 3) of x, y (m) and heading (rad), one a frame; NEES (N,); frames refused; metres driven (N,)."""
+    """errors (N, 3): x, y (m), heading (rad), one a frame. nees (N,). refused: frames. lost (N,): it said so."""
 
     errors: list[NDArray[np.float64]] = field(default_factory=list)
     nees: list[float] = field(default_factory=list)
     refused: int = 0
+    lost: list[bool] = field(default_factory=list)
 
     def rms_m(self, first: int = 0, last: int | None = None) -> float:
         """Root mean square distance from the truth."""
@@ -46,8 +47,14 @@ class Track:
         """Root mean square error of the heading."""
         return math.degrees(float(np.sqrt(np.mean(np.array(self.errors)[:, 2] ** 2))))
 
-    def add(self, estimate: Pose2, covariance: NDArray[np.float64] | None, truth: Pose2) -> None:
+    def heading_deg_placed(self) -> float:
+        """The same without the moments at which it said that it was lost."""
+        placed = np.array(self.errors)[~np.array(self.lost)]
+        return math.degrees(float(np.sqrt(np.mean(placed[:, 2] ** 2))))
+
+    def add(self, estimate: Pose2, covariance: NDArray[np.float64] | None, truth: Pose2, lost: bool = False) -> None:
         """One estimate beside the truth."""
+        self.lost.append(lost)
         turn = wrap_angle(estimate.heading - truth.heading)
         error = np.array([estimate.x - truth.x, estimate.y - truth.y, turn])
         self.errors.append(error)
@@ -132,9 +139,9 @@ def follow(at: Scene, drive: Drive, settings: LocalizerSettings | None = None, f
         if late and late[0][0] + LATENCY_STEPS <= step:
             taken, frame = late.pop(0)
             run.fused.refused += not run.localizer.observe(frame).accepted
-            run.fused.add(run.localizer.pose, run.localizer.covariance, truth)
+            run.fused.add(run.localizer.pose, run.localizer.covariance, truth, run.localizer.lost)
             run.wheels.add(run.localizer.odometry_only, None, truth)
             if frames_alone:
                 run.frames.refused += not alone.observe(frame).accepted
-                run.frames.add(alone.pose, alone.covariance, drive.poses[taken])
+                run.frames.add(alone.pose, alone.covariance, drive.poses[taken], alone.lost)
     return run

@@ -37,8 +37,9 @@ def drive_table(camera_name: str, count: int, first: int, slip: float, length: f
         known.append(outcome)
         unknown.append(kidnap(at, drive, runs[-1].localizer, kidnaps // 2, False, step)[0])
     lines = [
-        "| | position, cm RMS: each drive | all | heading, ° RMS | NEES (95 % bounds) | frames refused |",
-        "|---|---|---|---|---|---|",
+        "| | position, cm RMS: each drive | all | heading, ° RMS | unless lost | NEES (95 % bounds) | frames refused "
+        "| lost |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for name, tracks in (
         ("wheels and frames", [run.fused for run in runs]),
@@ -48,11 +49,13 @@ def drive_table(camera_name: str, count: int, first: int, slip: float, length: f
         each = [track.rms_m() * 100.0 for track in tracks]
         whole = float(np.sqrt(np.mean(np.square(each))))
         turned = float(np.sqrt(np.mean([track.heading_deg() ** 2 for track in tracks])))
+        placed = float(np.sqrt(np.mean([track.heading_deg_placed() ** 2 for track in tracks])))
+        lost = str(sum(sum(track.lost) for track in tracks)) if tracks[0].nees else "–"
         frames = sum(len(track.errors) for track in tracks)
         nees = nees_text(tracks) if tracks[0].nees else "–"
         refused = f"{sum(track.refused for track in tracks)} of {frames}" if tracks[0].nees else "–"
         text = " ".join(f"{value:.1f}" for value in each)
-        lines.append(f"| {name} | {text} | {whole:.1f} | {turned:.2f} | {nees} | {refused} |")
+        lines.append(f"| {name} | {text} | {whole:.1f} | {turned:.2f} | {placed:.2f} | {nees} | {refused} | {lost} |")
     lines += ["", "| kidnapped to | tries | found within 3 frames | later | lost, and says so | wrong | not noticed |",
               "|---|---|---|---|---|---|---|"]  # fmt: skip
     lines += [_kidnap_row("ground that it knows", known), _kidnap_row("ground that it has not seen", unknown)]

@@ -69,6 +69,17 @@ def camera_config(camera: CameraModel) -> dict[str, Any]:
     }
 
 
+def describe_camera(camera: CameraModel) -> dict[str, Any]:
+    """What the companion may know of a simulated camera: name, width, height, period_us, latency_us."""
+    return {
+        "name": camera.name,
+        "width": camera.width,
+        "height": camera.height,
+        "period_us": CAMERA_PERIOD_US,
+        "latency_us": CAMERA_LATENCY_US,
+    }
+
+
 def build_plant(mission: Mission, ground: Ground, camera: CameraModel, seed: int, pictures: bool = True) -> Plant:
     """The plant of a mission; the same arguments give the same bytes. Without `pictures` its camera takes none."""
     config = plant_config(mission, ground, camera, seed)

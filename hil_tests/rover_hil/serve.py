@@ -17,7 +17,7 @@ from rover.record.tum import write_tum
 from rover.vision.camera_file import load_camera
 
 from rover_hil.ground import Ground, build
-from rover_hil.plant_config import CAMERA_LATENCY_US, CAMERA_PERIOD_US, build_plant
+from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.referee import judge_mines, judge_zones
 from rover_hil.rig import Rig
 from rover_hil.server import Server
@@ -60,15 +60,8 @@ def build_rig(
     if wire == "can":
         mission = replace(mission, rover=replace(mission.rover, baud=SLCAN_BAUD))
     model = load_camera(mission.rover.camera)
-    camera = {
-        "name": model.name,
-        "width": model.width,
-        "height": model.height,
-        "period_us": CAMERA_PERIOD_US,
-        "latency_us": CAMERA_LATENCY_US,
-    }
     plant = build_plant(mission, ground, model, seed, pictures)
-    return RIGS[name](plant, camera, mission.rover.baud, wire)
+    return RIGS[name](plant, describe_camera(model), mission.rover.baud, wire)
 
 
 def verdict_of(

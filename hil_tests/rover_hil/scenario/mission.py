@@ -21,7 +21,7 @@ from rover.mission.config import load
 from rover.vision.camera_file import load_camera
 
 from rover_hil.ground import build
-from rover_hil.plant_config import CAMERA_LATENCY_US, CAMERA_PERIOD_US, build_plant
+from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.rig import Advance, RigFrame
 from rover_hil.scenario.board_faults import FAULTY_RIGS, FaultyRig
 from rover_hil.scenario.companion_process import CompanionProcess
@@ -69,13 +69,7 @@ class _Run:
         self._mission = load(beside if beside.suffix else scenario.mission)
         self._ground = build(self._mission, scenario.seed, None)
         model = load_camera(self._mission.rover.camera)
-        camera = {
-            "name": model.name,
-            "width": model.width,
-            "height": model.height,
-            "period_us": CAMERA_PERIOD_US,
-            "latency_us": CAMERA_LATENCY_US,
-        }
+        camera = describe_camera(model)
         self._plant = build_plant(self._mission, self._ground, model, scenario.seed)
         self._rig: FaultyRig = FAULTY_RIGS[rig](self._plant, camera, self._mission.rover.baud, "serial")
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -101,8 +95,7 @@ class _Run:
             self.watch.begin()
             self._with_the_companion()
             while True:
-                self._step(self.now_us + STEP_US)
-                self._rig.drop_unread()
+                self.advance_free(self.now_us + STEP_US)
         except Over:
             return self.watch.settled_at is not None
 
@@ -179,8 +172,10 @@ class _Run:
         return Advance(self.now_us, marks, frames, *parts)
 
     def advance_free(self, to_us: int) -> None:
-        """Nobody asks for it: without a companion the run goes on in steps of its own."""
-        raise NotImplementedError
+        """The world goes on without the companion; what the firmware sends nobody reads."""
+        while self.now_us < to_us:
+            self._step(min(self.now_us + STEP_US, to_us))
+            self._rig.drop_unread()
 
     def set_emergency_stop(self, active: bool) -> None:
         """The companion's own test of the input."""

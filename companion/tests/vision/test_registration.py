@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.picture import read_picture
+from rover.vision.homography import apply_homography
 from rover.vision.registration import (
     Registration,
     RegistrationSettings,
-    apply_homography,
     find_features,
     register,
     register_features,

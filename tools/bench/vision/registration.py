@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.vision.cluster import NOISE, dbscan
 from rover.vision.features import Features
+from rover.vision.homography import apply_homography
 from rover.vision.matching import match_features
 from rover.vision.preprocess import local_contrast
 from rover.vision.registration import (
     Registration,
     RegistrationSettings,
-    apply_homography,
     confirm,
     find_features,
     register,

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput
+from rover.toml_file import read_toml
 from rover.vision.camera import CameraModel
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 BUILT_IN = Path(__file__).resolve().parent.parent / "cameras"
 
@@ -45,11 +40,7 @@ def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
     Raises BadInput (one line: file, key, what is expected) for anything that does not describe a camera.
     """
     file = camera_file(name_or_path)
-    try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{file}: not valid TOML: {error}") from error
-    return _camera(content, str(file), mounted)
+    return _camera(read_toml(file), str(file), mounted)
 
 
 def _camera(content: dict[str, Any], where: str, mounted: bool) -> CameraModel:

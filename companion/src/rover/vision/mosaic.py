@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.errors import BadInput
+from rover.vision.homography import apply_homography
 from rover.vision.picture_graph import Placement
-from rover.vision.registration import Picture, apply_homography
+from rover.vision.registration import Picture
 
 Points = NDArray[np.float64]
 MAX_PIXELS = 200_000_000

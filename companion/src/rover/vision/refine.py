@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.vision.homography import apply_homography
+
 Points = NDArray[np.float64]
 
 
@@ -52,7 +54,7 @@ def refine_homography(
             return homography
         step = fit_homography(start, end, settings.scale_px)
         corners = start[[start[:, 0].argmin(), start[:, 0].argmax(), start[:, 1].argmin(), start[:, 1].argmax()]]
-        if step is None or np.abs(_apply(step, corners) - corners).max() > settings.max_shift_px:
+        if step is None or np.abs(apply_homography(step, corners) - corners).max() > settings.max_shift_px:
             return homography
         refined = step @ refined
         refined = refined / refined[2, 2]
@@ -91,11 +93,6 @@ def fit_homography(start: Points, end: Points, scale_px: float, iterations: int 
     to_unit = np.array([[1 / spread, 0, -centre[0] / spread], [0, 1 / spread, -centre[1] / spread], [0, 0, 1]])
     fitted = np.linalg.inv(to_unit) @ entries.reshape(3, 3) @ to_unit
     return fitted / fitted[2, 2] if np.isfinite(fitted).all() else None
-
-
-def _apply(homography: Points, points: Points) -> Points:
-    mapped = points @ homography[:, :2].T + homography[:, 2]
-    return mapped[:, :2] / mapped[:, 2:]
 
 
 def lay(

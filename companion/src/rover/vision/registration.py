@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
+from rover.vision.homography import apply_homography
 from rover.vision.matching import MatchSettings, match_features
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
 from rover.vision.refine import RefineSettings, refine_homography
@@ -80,12 +81,6 @@ class Registration:
 def rmse(a: Points, b: Points) -> float:
     """Root mean square distance of matched points (N, 2) (eq. 6)."""
     return float(np.sqrt(np.mean(np.sum((a - b) ** 2, axis=1))))
-
-
-def apply_homography(homography: Points, points: Points) -> Points:
-    """Points (N, 2) through a homography (3, 3)."""
-    mapped = points @ homography[:, :2].T + homography[:, 2]
-    return mapped[:, :2] / mapped[:, 2:]
 
 
 def find_features(picture: Picture, settings: RegistrationSettings) -> Features:

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from rover.vision.bundle import Scene, adjust
 from rover.vision.camera import CameraModel
 from rover.vision.features import Features
+from rover.vision.homography import apply_homography
 from rover.vision.preprocess import local_contrast
 from rover.vision.refine import RefineSettings, follow, lay
 from rover.vision.registration import (
     Picture,
     RegistrationSettings,
-    apply_homography,
     confirm,
     find_features,
     register_features,

@@ -21,14 +21,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed, RoverError
+from rover.toml_file import read_toml
 
 from rover_hil.scenario.library import find, shipped
 from rover_hil.scenario.table import Table
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 ROOT = Path(__file__).resolve().parents[3]
 MUTATIONS = Path(__file__).with_name("mutations.toml")
@@ -66,7 +62,7 @@ class Mutation:
 
 def load_mutations(path: Path = MUTATIONS) -> list[Mutation]:
     """All mutations of a file. Raises BadInput."""
-    top = Table(path, "", tomllib.loads(path.read_text(encoding="utf-8")))
+    top = Table(path, "", read_toml(path))
     mutations = []
     for table in top.tables("mutation"):
         also = [Table(path, f"{table.name}.also", entry) for entry in table.raw("also", [])]

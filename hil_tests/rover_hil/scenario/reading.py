@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput
+from rover.toml_file import read_toml
 from rover_protocol import messages
 
 from rover_hil.scenario import catalogue
@@ -26,24 +26,13 @@ from rover_hil.scenario.language import (
 )
 from rover_hil.scenario.table import Table
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 LONGEST = 600.0
 PLANT_SECTIONS = ("drive", "battery", "sonar", "camera")
 
 
 def load_scenario(path: Path) -> Scenario:
     """Reads and checks one file. Raises BadInput."""
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: is not TOML: {error}") from error
-    return _scenario(Table(path, "", document))
+    return _scenario(Table(path, "", read_toml(path)))
 
 
 def _scenario(top: Table) -> Scenario:

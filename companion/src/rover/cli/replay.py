@@ -182,7 +182,7 @@ def _import(folder: Path, out: Path | None, as_json: bool) -> int:
 
 def _parse_override(text: str) -> tuple[str, Any]:
     """`SECTION.KEY=VALUE`, the value as TOML, or as it stands. Raises BadInput."""
-    from rover.mission.table import parse_value
+    from rover.toml_file import parse_value
 
     key, separator, value = text.partition("=")
     if not separator or "." not in key:

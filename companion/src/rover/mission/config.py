@@ -10,7 +10,8 @@ from typing import Any
 
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
-from rover.mission.table import Table, printable, read_toml
+from rover.mission.table import Table
+from rover.toml_file import printable, read_toml
 from rover.vehicle import Vehicle
 from rover.vision.camera_file import load_camera
 

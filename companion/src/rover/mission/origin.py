@@ -14,8 +14,8 @@ import rover_protocol.messages as messages
 import rover
 from rover.errors import BadInput
 from rover.mission.config import Mission, from_document
-from rover.mission.table import read_toml
 from rover.record.recording import Recording
+from rover.toml_file import read_toml
 from rover.vision.camera_file import camera_file
 
 MISSION_FILE = "mission.toml"

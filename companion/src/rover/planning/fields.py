@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,7 @@ import rover_native
 from numpy.typing import ArrayLike, NDArray
 
 from rover.errors import BadInput
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
+from rover.toml_file import read_toml
 
 # Metres beyond which coordinates lose the millimetre, and below which a side is no ground at all.
 LARGEST = 1e7
@@ -65,10 +59,7 @@ class CircleField(Field):
     def load(cls, path: str | Path) -> CircleField:
         """From TOML with `width`, `height` and `obstacles = [[x, y, radius], …]`. Raises BadInput."""
         path = Path(path)
-        try:
-            data: dict[str, Any] = tomllib.loads(_text(path))
-        except tomllib.TOMLDecodeError as error:
-            raise BadInput(f"{path}: not valid TOML: {error}") from error
+        data = read_toml(path)
         for key in ("width", "height"):
             if not _is_number(data.get(key)):
                 raise BadInput(f"{path}: needs a number `{key}` in metres")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import say, write_json, write_text
+from rover.cli.progress import progress
 from rover.errors import BadInput, LinkLost, PreflightFailed
 
 if TYPE_CHECKING:
@@ -90,7 +90,8 @@ def _write(firmwares: list[Uf2], port: str | None, folder: Path | None, baud: in
         firmware = _fitting(firmwares, found)
         board = found.model or found.board_id
         say(f"writing {firmware.path.name}, {firmware.blocks} blocks, to the {board} on {found.folder}")
-        boot_drive.write(found, firmware, _progress)
+        with progress("bytes") as told:
+            boot_drive.write(found, firmware, told)
         return str(found.folder), firmware, port
     if flashing.has_probe():
         (firmware,) = firmwares if len(firmwares) == 1 else [f for f in firmwares if f.family_names == "RP2040"]
@@ -146,8 +147,3 @@ def _text(told: dict[str, Any]) -> str:
     head = f"firmware {told['firmware']} ({told['git_hash']}) on {told['board']}, {told['port']}"
     rows = [f"{'ok' if each['ok'] else 'FAILED':<7}{each['name']:<16}{each['detail']}" for each in told["self_test"]]
     return "\n".join([head, *rows])
-
-
-def _progress(written: int, total: int) -> None:
-    if sys.stderr.isatty() or written == total:
-        say(f"{written // 1024} of {total // 1024} kB")

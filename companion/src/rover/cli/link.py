@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rover.cli.output import say, write_json, write_text
+from rover.cli.output import write_json, write_text
+from rover.cli.progress import progress
 from rover.cli.run import RigName, TransportName
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
-    from rover.link.bench import BenchResult
+    from rover.link.bench import Bench, BenchResult
     from rover.link.disturbance import Disturbance
 
 HELP = "Measure the link to the firmware."
@@ -106,7 +106,7 @@ def _on_rig(name: str, transport: str, disturbance: Disturbance, seconds: float,
             # Firmware and rig count time from the same moment, so the firmware's clock is known.
             bench = Bench(rig.transport, rig, disturbance, seed, rig.now)
             try:
-                return bench.run(seconds, _progress)
+                return _run(bench, seconds)
             finally:
                 rig.close()
         finally:
@@ -122,14 +122,14 @@ def _on_port(port: str, baud: int, disturbance: Disturbance, seconds: float, see
     clock = WallClock()
     bench = Bench(open_frames(port, baud, clock), clock, disturbance, seed)
     try:
-        return bench.run(seconds, _progress)
+        return _run(bench, seconds)
     finally:
         bench.close()
 
 
-def _progress(elapsed: float) -> None:
-    if sys.stderr.isatty():
-        say(f"{elapsed:.0f} s")
+def _run(bench: Bench, seconds: float) -> BenchResult:
+    with progress("seconds") as told:
+        return bench.run(seconds, lambda elapsed: told(round(elapsed), round(seconds)))
 
 
 def _text(told: dict[str, Any]) -> str:

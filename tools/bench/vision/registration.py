@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -16,42 +15,11 @@ from rover.vision.features import Features
 from rover.vision.homography import apply_homography
 from rover.vision.matching import match_features
 from rover.vision.preprocess import local_contrast
-from rover.vision.registration import (
-    Registration,
-    RegistrationSettings,
-    confirm,
-    find_features,
-    register,
-    register_features,
-)
+from rover.vision.registration import RegistrationSettings, find_features, prepare, register, register_prepared
 from rover.vision.sequence import SequencePose, SequenceSettings, track_sequence
 
 from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.truth import WIRIS, Facade, Picture, Points, facade, graf, landmines
-
-WRONG_PX = 10.0
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Prepared:
-    """A picture whose features are found once for all its pairs."""
-
-    name: str
-    picture: Picture
-    features: Features
-    sharp: NDArray[np.uint8]
-
-
-def prepared(name: str, picture: Picture, settings: RegistrationSettings) -> Prepared:
-    """What `register` works out of one picture."""
-    return Prepared(name, picture, find_features(picture, settings), local_contrast(picture))
-
-
-def registered(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration:
-    """As `register`, from prepared pictures."""
-    found = register_features(a.features, b.features, a.picture.shape, b.picture.shape, settings)
-    return confirm(found, a.sharp, b.sharp, settings)
 
 
 def corner_error(homography: Points | None, truth: Points, shape: tuple[int, ...]) -> float:
@@ -86,8 +54,8 @@ def graf_table(data: Path) -> str:
 def facade_table(data: Path) -> str:
     """Consecutive pairs of dunr: registered, marker transfer, equation 6; then the track against the survey."""
     wall, settings = facade(data), RegistrationSettings()
-    every = [prepared(str(k), picture, settings) for k, picture in enumerate(wall.pictures)]
-    results = [registered(a, b, settings) for a, b in itertools.pairwise(every)]
+    every = [prepare(picture, settings) for picture in wall.pictures]
+    results = [register_prepared(a, b, settings) for a, b in itertools.pairwise(every)]
     plain = [plain_homography(a, b) for a, b in itertools.pairwise(map(plain_features, wall.pictures))]
     lines = ["| dunr, 25 consecutive pairs | registered | marker transfer, px: median | 90 % |", "|---|---|---|---|"]
     for name, found in (("rover register", [r.homography for r in results]), ("plain ORB + RANSAC", plain)):
@@ -139,15 +107,18 @@ def unrelated_table(data: Path, count: int, seed: int) -> str:
     for name in mined:
         by_zone.setdefault(name.split("_")[0], []).append(name)
     groups = {zone: sorted(rng.choice(names, 5, replace=False).tolist()) for zone, names in sorted(by_zone.items())}
-    items = [(zone, prepared(name, mined[name], settings)) for zone, names in groups.items() for name in names]
+    items = [(zone, name, mined[name]) for zone, names in groups.items() for name in names]
     wall = facade(data)
-    items += [("dunr", prepared(f"dunr {k}", wall.pictures[k], settings)) for k in range(0, 26, 6)]
-    items += [("graf", prepared(f"graf {k + 1}", p, settings)) for k, p in enumerate(graf(data)[0])]
-    pairs = [(a, b) for (za, a), (zb, b) in itertools.combinations(items, 2) if za != zb]
+    items += [("dunr", f"dunr {k}", wall.pictures[k]) for k in range(0, 26, 6)]
+    items += [("graf", f"graf {k + 1}", picture) for k, picture in enumerate(graf(data)[0])]
+    ready = {name: prepare(picture, settings) for _, name, picture in items}
+    pairs = [(a, b) for (at_a, a, _), (at_b, b, _) in itertools.combinations(items, 2) if at_a != at_b]
     chosen = [pairs[k] for k in sorted(rng.permutation(len(pairs))[:count].tolist())]
-    accepted = [f"{a.name} and {b.name}" for a, b in chosen if registered(a, b, settings).homography is not None]
-    simple = {item.name: plain_features(item.picture) for _, item in items}
-    plain = sum(plain_homography(simple[a.name], simple[b.name]) is not None for a, b in chosen)
+    accepted = [
+        f"{a} and {b}" for a, b in chosen if register_prepared(ready[a], ready[b], settings).homography is not None
+    ]
+    simple = {name: plain_features(picture) for _, name, picture in items}
+    plain = sum(plain_homography(simple[a], simple[b]) is not None for a, b in chosen)
     return "\n".join(
         [
             "| unrelated pairs | accepted by `rover register` | a homography from plain ORB + RANSAC |",
@@ -209,8 +180,7 @@ def neighbours_table(data: Path, every: int) -> str:
     ][::every]
     found = []
     for a, b in follows:
-        pair = prepared(a, mined[a], settings), prepared(b, mined[b], settings)
-        made = registered(*pair, settings)
+        made = register(mined[a], mined[b], settings)
         if made.homography is not None:
             found.append((a, b, made))
     lines = [f"{len(found)} of {len(follows)} pairs of consecutive pictures registered:", "",

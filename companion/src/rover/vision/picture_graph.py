@@ -12,17 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.vision.features import Features
 from rover.vision.homography import apply_homography
-from rover.vision.preprocess import local_contrast
 from rover.vision.refine import RefineSettings, follow, lay
-from rover.vision.registration import (
-    Picture,
-    RegistrationSettings,
-    confirm,
-    find_features,
-    register_features,
-)
+from rover.vision.registration import Picture, Prepared, RegistrationSettings, prepare, register_prepared
 
 Points = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -66,20 +58,14 @@ class Placement:
     rmse_px: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Node:
-    sharp: NDArray[np.uint8]
-    features: Features
-
-
 def place_pictures(
     pictures: Sequence[Picture], settings: GraphSettings, progress: Progress | None = None
 ) -> Placement:
     """Where each picture lies; the largest group that hangs together is placed, the rest left out."""
-    nodes: list[_Node] = []
+    nodes: list[Prepared] = []
     first: dict[tuple[int, int], Points] = {}
     for number, picture in enumerate(pictures):
-        nodes.append(_Node(local_contrast(picture), find_features(picture, settings.registration)))
+        nodes.append(prepare(picture, settings.registration))
         reach = number if len(pictures) <= settings.few else settings.reach
         for other in range(max(0, number - reach), number):
             _try(nodes, other, number, first, settings)
@@ -96,13 +82,9 @@ def place_pictures(
 
 
 def _try(
-    nodes: list[_Node], a: int, b: int, found: dict[tuple[int, int], Points], settings: GraphSettings
+    nodes: list[Prepared], a: int, b: int, found: dict[tuple[int, int], Points], settings: GraphSettings
 ) -> None:
-    first, second = nodes[a], nodes[b]
-    r = register_features(
-        first.features, second.features, first.sharp.shape, second.sharp.shape, settings.registration
-    )
-    homography = confirm(r, first.sharp, second.sharp, settings.registration).homography
+    homography = register_prepared(nodes[a], nodes[b], settings.registration).homography
     if homography is not None:
         found[a, b] = homography
 
@@ -156,7 +138,10 @@ def _normal(homography: Points) -> Points:
 
 
 def _overlapping(
-    homographies: dict[int, Points], nodes: list[_Node], tried: dict[tuple[int, int], Points], settings: GraphSettings
+    homographies: dict[int, Points],
+    nodes: list[Prepared],
+    tried: dict[tuple[int, int], Points],
+    settings: GraphSettings,
 ) -> list[tuple[int, int]]:
     """Pairs not registered yet that lie on each other for a good part."""
     pairs = []
@@ -172,7 +157,7 @@ def _overlapping(
     return pairs
 
 
-def _tie(nodes: list[_Node], a: int, b: int, homography: Points, settings: GraphSettings) -> list[Tie]:
+def _tie(nodes: list[Prepared], a: int, b: int, homography: Points, settings: GraphSettings) -> list[Tie]:
     """Corners followed from a into b; nothing when too few come back."""
     laid = lay(nodes[a].sharp, nodes[b].sharp, homography)
     if laid is None:

@@ -83,6 +83,22 @@ def rmse(a: Points, b: Points) -> float:
     return float(np.sqrt(np.mean(np.sum((a - b) ** 2, axis=1))))
 
 
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What registration works out of one picture, once for all its pairs.
+
+    features: of the preprocessed picture. sharp: (H, W) uint8, its `local_contrast`.
+    """
+
+    features: Features
+    sharp: NDArray[np.uint8]
+
+
+def prepare(picture: Picture, settings: RegistrationSettings) -> Prepared:
+    """One picture (H, W) of 8 or 16 bits, ready for `register_prepared`."""
+    return Prepared(find_features(picture, settings), local_contrast(picture))
+
+
 def find_features(picture: Picture, settings: RegistrationSettings) -> Features:
     """The features of one picture (H, W) of 8 or 16 bits."""
     prepared = Preprocessor(settings.preprocess)(picture)
@@ -137,9 +153,13 @@ def _refined(
 def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
     """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size."""
     settings = settings or RegistrationSettings()
-    a, b = find_features(image_a, settings), find_features(image_b, settings)
-    found = register_features(a, b, image_a.shape, image_b.shape, settings)
-    return confirm(found, local_contrast(image_a), local_contrast(image_b), settings)
+    return register_prepared(prepare(image_a, settings), prepare(image_b, settings), settings)
+
+
+def register_prepared(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration:
+    """As `register`, from pictures prepared with the same settings."""
+    found = register_features(a.features, b.features, a.sharp.shape, b.sharp.shape, settings)
+    return confirm(found, a.sharp, b.sharp, settings)
 
 
 def register_features(

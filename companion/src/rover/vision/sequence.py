@@ -18,17 +18,9 @@ from numpy.typing import NDArray
 
 from rover.vision.bundle import Scene, adjust
 from rover.vision.camera import CameraModel
-from rover.vision.features import Features
 from rover.vision.homography import apply_homography
-from rover.vision.preprocess import local_contrast
 from rover.vision.refine import RefineSettings, follow, lay
-from rover.vision.registration import (
-    Picture,
-    RegistrationSettings,
-    confirm,
-    find_features,
-    register_features,
-)
+from rover.vision.registration import Picture, Prepared, RegistrationSettings, prepare, register_prepared
 
 Points = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -67,11 +59,10 @@ class SequencePose:
 
 @dataclass
 class _View:
-    """One frame: its local contrast, features, corners (N, 2) pixels and their rays (N, 2) at z = 1."""
+    """One frame: ready to be registered, its corners (N, 2) pixels and their rays (N, 2) at z = 1."""
 
     number: int
-    picture: NDArray[np.uint8]
-    features: Features
+    prepared: Prepared
     corners: Points
     rays: Points
 
@@ -103,10 +94,9 @@ def track_sequence(
 
 
 def _look(number: int, picture: Picture, camera: CameraModel, settings: SequenceSettings) -> _View:
-    sharp = local_contrast(picture)
-    corners = _corners(sharp, settings)
-    features = find_features(picture, settings.registration)
-    return _View(number, sharp, features, corners, camera.pixel_to_normalized(corners))
+    prepared = prepare(picture, settings.registration)
+    corners = _corners(prepared.sharp, settings)
+    return _View(number, prepared, corners, camera.pixel_to_normalized(corners))
 
 
 def _corners(picture: NDArray[np.uint8], settings: SequenceSettings) -> Points:
@@ -122,9 +112,7 @@ def _link(view: _View, views: list[_View], settings: SequenceSettings) -> dict[t
     for back, earlier in enumerate(reversed(views[-settings.search :])):
         if back >= settings.reach and found:
             break
-        shape = view.picture.shape
-        r = register_features(earlier.features, view.features, earlier.picture.shape, shape, settings.registration)
-        homography = confirm(r, earlier.picture, view.picture, settings.registration).homography
+        homography = register_prepared(earlier.prepared, view.prepared, settings.registration).homography
         if homography is not None:
             found[earlier.number, view.number] = homography
     return found
@@ -140,7 +128,7 @@ def _observe(
     observed: Observed = {}
     for (a, b), forward in homographies.items():
         for anchor, other, homography in ((a, b, forward), (b, a, np.linalg.inv(forward))):
-            laid = lay(views[anchor].picture, views[other].picture, homography)
+            laid = lay(views[anchor].prepared.sharp, views[other].prepared.sharp, homography)
             if laid is None:
                 continue
             start = apply_homography(homography, views[anchor].corners)
@@ -149,7 +137,7 @@ def _observe(
             column, row = np.where(inside[:, None], start, 0.0).astype(int).T
             inside &= laid[1][row, column] > 0
             index = np.flatnonzero(inside)
-            there, good = follow(laid[0], views[other].picture, start[index], settings.follow)
+            there, good = follow(laid[0], views[other].prepared.sharp, start[index], settings.follow)
             observed[anchor, other] = index[good], camera.pixel_to_normalized(there[good])
     return observed
 

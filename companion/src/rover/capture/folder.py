@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rover.capture.frame import KELVIN_PER_COUNT, Frame
+from rover.capture.frame import Frame
 from rover.capture.location import Location
 from rover.capture.picture import read_counts
-from rover.capture.radiometric import read_thermogram
+from rover.capture.radiometric import as_centikelvin, read_thermogram
 from rover.capture.source import FRAME_PERIOD, register
 from rover.errors import BadInput
 
@@ -60,12 +57,6 @@ class RadiometricSource:
             frame = Frame(counts, sequence * self.period, sequence, camera=decoded.camera)
             size = same_size(frame, size, file)
             yield frame
-
-
-def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Temperatures (H, W) as kelvin × 100; nan becomes 0."""
-    counts = np.rint(np.nan_to_num(kelvin, nan=0.0) / KELVIN_PER_COUNT)
-    return np.clip(counts, 0, 65535).astype(np.uint16)
 
 
 def files_of(place: str, endings: tuple[str, ...], kind: str) -> list[Path]:

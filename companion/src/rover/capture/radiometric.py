@@ -51,8 +51,13 @@ def read_thermogram(path: Path | str) -> Thermogram:
 
 def write_counts(path: Path, kelvin: NDArray[np.float32]) -> None:
     """Writes a 16-bit TIFF of kelvin × 100, 0 where there is no temperature. Raises BadInput when it cannot."""
+    write_picture(path, as_centikelvin(kelvin))
+
+
+def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Temperatures (H, W) as kelvin × 100, 0 where there is none (NaN)."""
     counts = np.nan_to_num(np.rint(kelvin / KELVIN_PER_COUNT), nan=0.0)
-    write_picture(path, np.clip(counts, 0, 65535).astype(np.uint16))
+    return np.clip(counts, 0, 65535).astype(np.uint16)
 
 
 def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:

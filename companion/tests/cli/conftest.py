@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from rover.cli.main import invoke
+from rover.errors import RoverError
+from rover.link.lockstep import RigOptions, RigProcess
+from rover.mission.config import load
 
 MISSION = """
 [mission]
@@ -58,3 +61,22 @@ def mission_file(tmp_path: Path) -> Callable[..., Path]:
         return file
 
     return write
+
+
+@pytest.fixture(scope="module")
+def free_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], str]]:
+    """Starts a rig in real time with that wire, and returns its port."""
+    pytest.importorskip("rover_hil")
+    rigs: list[RigProcess] = []
+
+    def start(transport: str) -> str:
+        options = RigOptions(load("demo").path, "sitl", 1, free_run=True, transport=transport)
+        try:
+            rigs.append(RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log"))
+        except RoverError as error:
+            pytest.skip(f"the sitl rig does not start: {error}")
+        return rigs[-1].port
+
+    yield start
+    for rig in rigs:
+        rig.stop()

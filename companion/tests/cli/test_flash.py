@@ -9,10 +9,7 @@ from pathlib import Path
 
 import pytest
 from rover.cli import flash
-from rover.errors import RoverError
 from rover.link import boot_drive, flashing
-from rover.link.lockstep import RigOptions, RigProcess
-from rover.mission.config import load
 
 from ..link.uf2_file import RP2350, uf2_file
 from ..link.uf2_file import boot_drive as mount
@@ -34,15 +31,8 @@ def mounts(tmp_path, monkeypatch) -> Path:
 
 
 @pytest.fixture(scope="module")
-def port(tmp_path_factory):
-    pytest.importorskip("rover_hil")
-    options = RigOptions(load("demo").path, "sitl", 1, free_run=True)
-    try:
-        rig = RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log")
-    except RoverError as error:
-        pytest.skip(f"the sitl rig does not start: {error}")
-    yield rig.port
-    rig.stop()
+def port(free_rig):
+    return free_rig("serial")
 
 
 def test_without_a_board_it_says_what_to_do(rover, mounts, firmware) -> None:

@@ -6,10 +6,7 @@ import json
 
 import pytest
 from rover.cli.probe import CAUSES, in_words
-from rover.errors import RoverError
-from rover.link.lockstep import RigOptions, RigProcess
 from rover.link.telemetry import FirmwareState
-from rover.mission.config import load
 from rover_protocol import messages
 
 
@@ -35,15 +32,8 @@ def test_every_cause_of_the_protocol_has_words():
 
 
 @pytest.fixture(scope="module", params=["serial", "can"])
-def port(tmp_path_factory, request):
-    pytest.importorskip("rover_hil")
-    options = RigOptions(load("demo").path, "sitl", 1, free_run=True, transport=request.param)
-    try:
-        rig = RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log")
-    except RoverError as error:
-        pytest.skip(f"the sitl rig does not start: {error}")
-    yield rig.port
-    rig.stop()
+def port(free_rig, request):
+    return free_rig(request.param)
 
 
 @pytest.mark.rig("sitl")

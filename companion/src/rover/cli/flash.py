@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import say, write_json, write_text
-from rover.cli.progress import progress
 from rover.errors import BadInput, LinkLost, PreflightFailed
 
 if TYPE_CHECKING:
@@ -78,6 +77,7 @@ def _firmwares(file: Path | None) -> list[Uf2]:
 
 def _write(firmwares: list[Uf2], port: str | None, folder: Path | None, baud: int) -> tuple[str, Uf2, str | None]:
     """Finds the board and writes; returns over which way, which firmware, and the port to ask afterwards."""
+    from rover.cli.progress import progress
     from rover.link import boot_drive, flashing
 
     patterns = boot_drive.MOUNT_PATTERNS

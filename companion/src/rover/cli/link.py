@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import write_json, write_text
-from rover.cli.progress import progress
 from rover.cli.run import RigName, TransportName
 from rover.errors import BadInput
 
@@ -128,6 +127,8 @@ def _on_port(port: str, baud: int, disturbance: Disturbance, seconds: float, see
 
 
 def _run(bench: Bench, seconds: float) -> BenchResult:
+    from rover.cli.progress import progress
+
     with progress("seconds") as told:
         return bench.run(seconds, lambda elapsed: told(round(elapsed), round(seconds)))
 

@@ -12,7 +12,8 @@ import pytest
 from rover.capture.picture import read_picture
 from rover.vision.bundle import Scene, adjust
 from rover.vision.camera import CameraModel
-from rover.vision.sequence import SequencePose, SequenceSettings, track_sequence
+from rover.vision.camera_pose import CameraPose
+from rover.vision.sequence import SequenceSettings, track_sequence
 from thermal_scene import texture
 
 CAMERA = CameraModel("synthetic", 320, 240, 300.0, 300.0, 159.5, 119.5)
@@ -26,7 +27,7 @@ def between_deg(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.degrees(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1, 1))))
 
 
-def relative(a: SequencePose, b: SequencePose) -> tuple[np.ndarray, np.ndarray]:
+def relative(a: b: CameraPose) -> tuple[np.ndarray, np.ndarray]:
     return a.rotation.T @ b.rotation, a.rotation.T @ (b.position - a.position)
 
 

@@ -10,13 +10,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rover.vision.camera_pose import CameraPose
 from rover.vision.cluster import NOISE, dbscan
 from rover.vision.features import Features
 from rover.vision.homography import apply_homography
 from rover.vision.matching import match_features
 from rover.vision.preprocess import local_contrast
 from rover.vision.registration import RegistrationSettings, find_features, prepare, register, register_prepared
-from rover.vision.sequence import SequencePose, SequenceSettings, track_sequence
+from rover.vision.sequence import SequenceSettings, track_sequence
 
 from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.truth import WIRIS, Facade, Picture, Points, facade, graf, landmines
@@ -87,7 +88,7 @@ def _transfer(wall: Facade, homographies: Sequence[Points | None]) -> list[float
 
 
 def _track_errors(wall: Facade) -> tuple[list[float], list[float], int]:
-    found: list[SequencePose] = track_sequence(wall.pictures, WIRIS, SequenceSettings())
+    found: list[CameraPose] = track_sequence(wall.pictures, WIRIS, SequenceSettings())
     turned, aside = [], []
     for a, b in itertools.pairwise(found):
         step = np.linalg.inv(wall.poses[a.frame]) @ wall.poses[b.frame]

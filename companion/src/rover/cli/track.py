@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -18,17 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rover.vision.camera import CameraModel
-
-
-class PlacedCamera(Protocol):
-    """What both kinds of tracking give: the frame's number, position (3,) and rotation (3, 3) of the camera."""
-
-    @property
-    def frame(self) -> int: ...
-    @property
-    def position(self) -> NDArray[np.float64]: ...
-    @property
-    def rotation(self) -> NDArray[np.float64]: ...
+    from rover.vision.camera_pose import CameraPose
 
 
 HELP = """Track a camera through a folder of frames (8 or 16 bits, in the order of their names).
@@ -80,7 +70,7 @@ def command(
 
 def _free(
     pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
-) -> Sequence[PlacedCamera]:
+) -> Sequence[CameraPose]:
     from rover.vision.sequence import SequenceSettings, track_sequence
 
     return track_sequence(pictures, camera, SequenceSettings(), advance)
@@ -88,7 +78,7 @@ def _free(
 
 def _over_ground(
     pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
-) -> Sequence[PlacedCamera]:
+) -> Sequence[CameraPose]:
     from rover.capture.frame import Frame
     from rover.vision.ground_track import track_over_ground
 
@@ -109,7 +99,7 @@ def picture_files(folder: Path) -> list[Path]:
     return files
 
 
-def document(poses: Sequence[PlacedCamera], names: list[str], each_ms: float) -> dict[str, Any]:
+def document(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> dict[str, Any]:
     """The poses as JSON; t in seconds as if a frame came every FRAME_PERIOD: a folder has no times."""
     return {
         "frames": len(names),
@@ -124,7 +114,7 @@ def document(poses: Sequence[PlacedCamera], names: list[str], each_ms: float) ->
     }
 
 
-def lines(poses: Sequence[PlacedCamera], names: list[str], each_ms: float) -> list[str]:
+def lines(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> list[str]:
     """The poses for a person."""
     head = f"{len(poses)} of {len(names)} frames tracked, {each_ms:.0f} ms a frame"
     return [head] + [

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from rover.capture.frame import Frame
 from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.vision.camera import CameraModel
+from rover.vision.camera_pose import CameraPose
 from rover.vision.localizer import Localizer, LocalizerSettings
 from rover.vision.motion_model import FreeMotionNoise
 
@@ -25,15 +26,6 @@ START_SIGMA = (1e-4, 1e-4, 1e-4)
 
 UNKNOWN_CARRIER = FreeMotionNoise(speed=0.5, turn=2.0, acceleration=1.5, turn_acceleration=6.0, sideways=0.05)
 """Who carries the camera is not known: it may start, stop and turn faster than the rover."""
-
-
-@dataclass(frozen=True, eq=False)
-class CameraPose:
-    """frame: its number. position (3,): metres in map. rotation (3, 3): camera_optical to map."""
-
-    frame: int
-    position: NDArray[np.float64]
-    rotation: NDArray[np.float64]
 
 
 def camera_in_map(base: Pose2, camera: CameraModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -46,7 +38,7 @@ def camera_in_map(base: Pose2, camera: CameraModel) -> tuple[NDArray[np.float64]
 def track_over_ground(
     frames: Sequence[Frame], camera: CameraModel, advance: Callable[[int, int], None] = lambda done, total: None
 ) -> list[CameraPose]:
-    """Poses of the frames that could be placed; advance: told how many of how many are done.
+    """Poses in map, metres, of the frames that could be placed; advance: told how many of how many are done.
 
     Raises BadInput for a camera whose mount shows it no ground.
     """

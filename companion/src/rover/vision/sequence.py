@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rover.vision.bundle import Scene, adjust
 from rover.vision.camera import CameraModel
+from rover.vision.camera_pose import CameraPose
 from rover.vision.homography import apply_homography
 from rover.vision.refine import RefineSettings, follow, lay
 from rover.vision.registration import Picture, Prepared, RegistrationSettings, prepare, register_prepared
@@ -48,15 +49,6 @@ class SequenceSettings:
     iterations: int = 12
 
 
-@dataclass(frozen=True, eq=False)
-class SequencePose:
-    """frame: its number. rotation (3, 3), position (3,): camera_optical to the first tracked frame's optical axes."""
-
-    frame: int
-    rotation: Points
-    position: Points
-
-
 @dataclass
 class _View:
     """One frame: ready to be registered, its corners (N, 2) pixels and their rays (N, 2) at z = 1."""
@@ -69,9 +61,10 @@ class _View:
 
 def track_sequence(
     pictures: Sequence[Picture], camera: CameraModel, settings: SequenceSettings, progress: Progress | None = None
-) -> list[SequencePose]:
-    """Poses of all frames that can be placed, in their order; the unit of length is the distance to the scene's plane.
+) -> list[CameraPose]:
+    """Poses of all frames that can be placed, in their order, in the optical axes of the first of them.
 
+    The unit of length is the distance to the scene's plane.
     A frame that cannot be registered is left out, and the next is tried against all before it.
     """
     views: list[_View] = []
@@ -90,7 +83,7 @@ def track_sequence(
     if not numbers:
         return []
     turn, origin = placed[numbers[0]].rotation.T, placed[numbers[0]].position
-    return [SequencePose(n, turn @ placed[n].rotation, turn @ (placed[n].position - origin)) for n in numbers]
+    return [CameraPose(n, turn @ (placed[n].position - origin), turn @ placed[n].rotation) for n in numbers]
 
 
 def _look(number: int, picture: Picture, camera: CameraModel, settings: SequenceSettings) -> _View:

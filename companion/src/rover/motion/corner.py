@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Shapes = NDArray[np.int64]
 
-LEVELS = (0.0, 0.1, 0.2, 0.35)
+LEVELS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35)
 SIGNS = (1.0, -1.0, 0.0, -1.0, 1.0)
 
 _LEVEL = np.array(LEVELS)

@@ -27,7 +27,7 @@ def between_deg(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.degrees(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1, 1))))
 
 
-def relative(a: b: CameraPose) -> tuple[np.ndarray, np.ndarray]:
+def relative(a: CameraPose, b: CameraPose) -> tuple[np.ndarray, np.ndarray]:
     return a.rotation.T @ b.rotation, a.rotation.T @ (b.position - a.position)
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from rover.capture.frame import Frame
 from rover.capture.location import Location
-from rover.capture.picture import read_counts
+from rover.capture.picture import files_of, read_counts
 from rover.capture.radiometric import as_centikelvin, read_thermogram
 from rover.capture.source import FRAME_PERIOD, register
 from rover.errors import BadInput
@@ -57,17 +56,6 @@ class RadiometricSource:
             frame = Frame(counts, sequence * self.period, sequence, camera=decoded.camera)
             size = same_size(frame, size, file)
             yield frame
-
-
-def files_of(place: str, endings: tuple[str, ...], kind: str) -> list[Path]:
-    """The folder's files with one of these endings, by name. Raises BadInput without a folder or a file."""
-    folder = Path(place)
-    if not folder.is_dir():
-        raise BadInput(f"{folder}: no such folder of frames")
-    files = sorted((f for f in folder.iterdir() if f.suffix.lower() in endings), key=lambda f: f.name)
-    if not files:
-        raise BadInput(f"{folder}: no {kind} frames in this folder")
-    return files
 
 
 def same_size(frame: Frame, size: tuple[int, int] | None, name: object) -> tuple[int, int]:

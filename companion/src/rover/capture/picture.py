@@ -1,4 +1,4 @@
-"""Reading single pictures from disk: 8 or 16 bits, one channel, with errors that name the file."""
+"""Reading pictures from disk: 8 or 16 bits, one channel, with errors that name the file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,18 @@ from rover.capture.tiff import decode_plain_tiff
 from rover.errors import BadInput
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
+KINDS = "PNG, TIFF, JPEG, PGM or BMP"
+
+
+def files_of(place: Path | str, endings: tuple[str, ...] = EXTENSIONS, kind: str = KINDS) -> list[Path]:
+    """A folder's files with one of these endings, by name. Raises BadInput without a folder or a file."""
+    folder = Path(place)
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: no such folder of frames")
+    files = sorted((f for f in folder.iterdir() if f.suffix.lower() in endings), key=lambda f: f.name)
+    if not files:
+        raise BadInput(f"{folder}: no {kind} frames in this folder")
+    return files
 
 
 def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -32,7 +44,7 @@ def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
     except cv2.error:
         image = None
     if image is None:
-        raise BadInput(f"{file}: not a readable picture (PNG, TIFF, JPEG, PGM or BMP expected)")
+        raise BadInput(f"{file}: not a readable picture ({KINDS} expected)")
     if image.ndim == 3 and image.shape[2] > 1:
         image = cv2.cvtColor(image[:, :, :3], cv2.COLOR_BGR2GRAY)
     image = image.reshape(image.shape[:2])

@@ -148,11 +148,11 @@ def _mounted(camera: str | None, ground: Path) -> tuple[CameraModel, dict[str, A
 
 
 def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: Path, board: Board) -> dict[str, Any]:
-    from rover.capture.picture import EXTENSIONS, read_picture
+    from rover.capture.picture import files_of, read_picture
     from rover.vision.calibration_board import find_board
     from rover.vision.calibration_pair import ground_homography, pair_from_board
 
-    others = sorted(f for f in folder.iterdir() if f.suffix.lower() in EXTENSIONS) if folder.is_dir() else []
+    others = files_of(folder)
     if len(others) != len(files):
         raise BadInput(f"{folder}: {len(others)} pictures for the {len(files)} of the first camera; they go by name")
     views, used = [], []

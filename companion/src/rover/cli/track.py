@@ -12,7 +12,6 @@ import typer
 
 from rover.capture.source import FRAME_PERIOD
 from rover.cli.output import write_json, write_text
-from rover.errors import BadInput
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,8 +35,6 @@ Examples:
   rover track frames --camera lepton-160 --ground-plane
 """
 
-EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
-
 
 def command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of frames.")],
@@ -48,12 +45,12 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import read_picture
+    from rover.capture.picture import files_of, read_picture
     from rover.cli.progress import progress
     from rover.vision.camera_file import load_camera
 
     model = load_camera(camera, mounted=ground_plane)
-    files = picture_files(folder)
+    files = files_of(folder)
     pictures = [read_picture(file) for file in files]
     for file, picture in zip(files, pictures, strict=True):
         model.check_size(picture.shape, str(file))
@@ -87,16 +84,6 @@ def _over_ground(
         for index, picture in enumerate(pictures)
     ]
     return track_over_ground(frames, camera, advance)
-
-
-def picture_files(folder: Path) -> list[Path]:
-    """The pictures of a folder by name. Raises BadInput where there is none."""
-    if not folder.is_dir():
-        raise BadInput(f"{folder}: no such folder of frames")
-    files = sorted(file for file in folder.iterdir() if file.suffix.lower() in EXTENSIONS)
-    if not files:
-        raise BadInput(f"{folder}: no pictures in this folder (PNG, TIFF, JPEG, PGM or BMP expected)")
-    return files
 
 
 def document(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> dict[str, Any]:

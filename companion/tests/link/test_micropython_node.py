@@ -18,6 +18,8 @@ from rover.link.port import open_frames
 from rover.link.session import Link
 from rover.link.telemetry import FirmwareState, SonarRange
 
+from .listen import listen
+
 PROTOCOL = Path(__file__).resolve().parents[3] / "protocol" / "python"
 EXAMPLES = PROTOCOL / "examples"
 INTERPRETER = PROTOCOL / "tests" / "micropython" / "node_modules"
@@ -79,15 +81,6 @@ def link(board: NodeBoard) -> Iterator[Link]:
     made.connect(timeout=10.0)
     yield made
     made.close()
-
-
-def listen(link: Link, seconds: float) -> list[object]:
-    events: list[object] = []
-    end = link.clock.now() + seconds
-    while link.clock.now() < end:
-        events.extend(link.poll())
-        link.clock.advance(link.clock.now() + 0.02)
-    return events
 
 
 def test_it_shakes_hands_as_what_it_is(link: Link) -> None:

@@ -11,14 +11,7 @@ from rover.link.session import Link
 from rover.link.telemetry import FirmwareState, LogLine, WheelMotion
 from rover.link.transport import LockstepTransport, SerialTransport
 
-
-def run(link: Link, seconds: float) -> list[object]:
-    events: list[object] = []
-    end = link.clock.now() + seconds
-    while link.clock.now() < end:
-        events.extend(link.poll())
-        link.clock.advance(link.clock.now() + 0.02)
-    return events
+from .listen import listen
 
 
 def test_the_handshake_tells_who_is_there(world) -> None:
@@ -43,7 +36,7 @@ def test_keep_alives_count_up_with_every_poll(world, firmware) -> None:
     link = Link(world, world)
     link.connect()
     firmware.keep_alives.clear()
-    run(link, 2.0)
+    listen(link, 2.0)
     assert len(firmware.keep_alives) == pytest.approx(100, abs=20), "none where the clock is asked"
     assert all((b - a) & 255 == 1 for a, b in zip(firmware.keep_alives, firmware.keep_alives[1:], strict=False))
 
@@ -54,7 +47,7 @@ def test_arming_uses_a_new_token_each_time(world, firmware) -> None:
     link.arm()
     first = firmware.token
     link.stop()
-    run(link, 0.3)
+    listen(link, 0.3)
     link.arm()
     assert firmware.token == first + 1
     assert link.disarm()
@@ -67,12 +60,12 @@ def test_a_stop_that_is_lost_is_sent_again_until_the_firmware_has_stopped(world,
     link.arm()
     firmware.drop = lambda name, count: name in ("Stop", "EmergencyStop") and count < 7
     getattr(link, stop)()
-    run(link, 0.4)
+    listen(link, 0.4)
     assert link.state is not None
     assert link.state.state == "Latched"
     assert firmware.counts["Stop" if stop == "stop" else "EmergencyStop"] < 12, "and not for ever"
     link.arm()
-    run(link, 0.2)
+    listen(link, 0.2)
     assert link.state.state == "Armed"
 
 
@@ -88,7 +81,7 @@ def test_telemetry_has_companion_time_and_unwrapped_counts(world, firmware) -> N
     link = Link(world, world)
     link.connect()
     link.poll()
-    wheels = [event for event in run(link, 1.0) if isinstance(event, WheelMotion)]
+    wheels = [event for event in listen(link, 1.0) if isinstance(event, WheelMotion)]
     assert len(wheels) == pytest.approx(50, abs=1)
     assert wheels[-1].time == pytest.approx(link.clock.now(), abs=0.025)
     assert wheels[-1].right_counts == -5
@@ -118,7 +111,7 @@ def test_a_second_of_silence_is_a_lost_link(world, firmware) -> None:
     link.connect()
     firmware.mute = True
     with pytest.raises(LinkLost, match="nothing from the firmware"):
-        run(link, 2.0)
+        listen(link, 2.0)
     assert world.time < 1.5
 
 
@@ -127,7 +120,7 @@ def test_a_restarted_firmware_ends_the_mission(world, firmware) -> None:
     link.connect()
     firmware.handshake = 0
     with pytest.raises(SafetyStop, match="restarted"):
-        run(link, 0.2)
+        listen(link, 0.2)
 
 
 def test_garbage_is_counted_and_lost_frames_show_in_the_figures(world, firmware) -> None:
@@ -135,7 +128,7 @@ def test_garbage_is_counted_and_lost_frames_show_in_the_figures(world, firmware)
     link.connect()
     world.inbox.append((world.time, b"\x05garbage\x00\x03\x99\x00"))
     firmware.sequence += 3
-    run(link, 0.2)
+    listen(link, 0.2)
     figures = link.figures()
     assert figures.lost == 3
     assert figures.malformed + figures.checksum_errors == 2
@@ -153,10 +146,10 @@ def test_over_a_real_pty_in_real_time(pty_firmware) -> None:
     link = Link(SerialTransport(pty_firmware.port, clock=clock), clock)
     link.connect()
     link.arm()
-    run(link, 0.3)
+    listen(link, 0.3)
     pty_firmware.pull()
     with pytest.raises(LinkLost, match="link lost"):
-        run(link, 3.0)
+        listen(link, 3.0)
     link.close()
 
 

@@ -12,6 +12,8 @@ from rover.link.stream import SegmentStream
 from rover.link.telemetry import MotionStatus
 from rover_protocol import messages
 
+from .listen import listen
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -25,13 +27,6 @@ def pieces(count: int) -> list[Piece]:
     return [Piece(jerk_travel=n, rest=n == count - 1) for n in range(count)]
 
 
-def run(link: Link, seconds: float) -> None:
-    end = link.clock.now() + seconds
-    while link.clock.now() < end:
-        link.poll()
-        link.clock.advance(link.clock.now() + 0.02)
-
-
 @pytest.fixture
 def link(world) -> Link:
     link = Link(world, world)
@@ -43,7 +38,7 @@ def link(world) -> Link:
 def test_a_run_arrives_in_order_with_its_start_time(link, firmware) -> None:
     start = link.clock.now() + 0.5
     end = link.stream.begin(pieces(20), start)
-    run(link, 0.4)
+    listen(link, 0.4)
     assert [entry[2] for entry in firmware.queue] == list(range(20))
     assert [entry[3] & 1 for entry in firmware.queue] == [1] + [0] * 19
     assert firmware.queue[-1][3] & 2
@@ -56,7 +51,7 @@ def test_lost_halves_are_sent_again_and_nothing_is_taken_twice(link, firmware) -
     rng = np.random.default_rng(3)
     firmware.drop = lambda name, count: name.startswith("Segment") and rng.random() < 0.2
     link.stream.begin(pieces(40), link.clock.now() + 3.0)
-    run(link, 2.8)
+    listen(link, 2.8)
     assert [entry[2] for entry in firmware.queue] == list(range(40))
     assert link.stream.repeated > 0
     assert link.stream.unacknowledged == 0
@@ -64,9 +59,9 @@ def test_lost_halves_are_sent_again_and_nothing_is_taken_twice(link, firmware) -
 
 def test_never_more_is_sent_than_the_firmware_has_room_for(link, firmware) -> None:
     firmware.capacity = 5
-    run(link, 0.1)
+    listen(link, 0.1)
     link.stream.begin(pieces(12), link.clock.now() + 5.0)
-    run(link, 1.0)
+    listen(link, 1.0)
     assert len(firmware.queue) == 5
     assert link.stream.sent == 5
     assert not link.stream.all_done
@@ -78,48 +73,48 @@ def test_indexes_wrap(world, firmware) -> None:
     link.connect()
     link.arm()
     link.stream.begin(pieces(12), link.clock.now() + 0.5)
-    run(link, 0.4)
+    listen(link, 0.4)
     assert [entry[0] for entry in firmware.queue] == [*range(65_530, 65_536), *range(6)]
 
 
 def test_all_done_only_when_the_firmwares_queue_has_run_dry(link, firmware) -> None:
     link.stream.begin(pieces(3), link.clock.now() + 0.5)
-    run(link, 0.4)
+    listen(link, 0.4)
     assert not link.stream.all_done
     firmware.queue.clear()
-    run(link, 0.1)
+    listen(link, 0.1)
     assert link.stream.all_done
 
 
 def test_a_start_that_was_missed_is_postponed(link, firmware) -> None:
     link.stream.begin(pieces(2), link.clock.now() + 0.2)
     firmware.drop = lambda name, count: name == "SegmentHeading"
-    run(link, 0.3)
+    listen(link, 0.3)
     firmware.drop = lambda name, count: False
-    run(link, 0.4)
+    listen(link, 0.4)
     assert len(firmware.queue) == 2
     assert link.stream.postponed >= 1
 
 
 def test_after_a_latch_the_stream_goes_on_from_the_index_that_the_firmware_names(link, firmware) -> None:
     link.stream.begin(pieces(10), link.clock.now() + 0.5)
-    run(link, 0.06)
+    listen(link, 0.06)
     link.stop(reason=3)
-    run(link, 0.5)
+    listen(link, 0.5)
     assert link.state is not None
     assert (link.state.state, link.state.cause) == ("Latched", "StopCommand")
     taken = firmware.next_index
     link.arm()
     link.stream.begin([Piece(jerk_travel=777, rest=True)], link.clock.now() + 0.5)
-    run(link, 0.6)
+    listen(link, 0.6)
     assert [(entry[0], entry[2], entry[3]) for entry in firmware.queue] == [(taken, 777, 3)]
 
 
 def test_when_the_firmware_latches_by_itself_waiting_segments_are_forgotten(link, firmware) -> None:
     link.stream.begin(pieces(60), link.clock.now() + 0.5)
-    run(link, 0.04)
+    listen(link, 0.04)
     firmware.flush(messages.STATE_LATCHED, messages.STATE_CAUSE_SONAR_GUARD)
-    run(link, 0.1)
+    listen(link, 0.1)
     assert link.stream.unacknowledged == 0
     assert link.state is not None
     assert link.state.cause == "SonarGuard"

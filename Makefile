@@ -1,7 +1,7 @@
 # make setup     everything that `rover` needs, in .venv (nothing outside this folder)
 # make demo      a whole mission on the simulated rig; DATA=<dir> lays its ground with real pictures
 # make test      every test there is; make lint, make firmware, make bench beside it
-# make train     the detector's model anew, from a seed; DATA=<dir> adds real pictures (half an hour)
+# make train     the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
 # make evaluate  docs/detection.md anew: every table about the detector (DATA=<dir> for those of real pictures)
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
@@ -68,7 +68,8 @@ bench: setup-dev
 	$(BIN)/python -m tools.bench missions
 
 train: setup-dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train --seed $(SEED) $(if $(DATA),--data $(DATA))
+	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train ground --seed $(SEED)
+	$(if $(DATA),OMP_NUM_THREADS=1 $(BIN)/python -m tools.train pictures --seed $(SEED) --data $(DATA))
 
 evaluate: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.evaluate --seed $(SEED) $(if $(DATA),--data $(DATA))

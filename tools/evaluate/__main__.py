@@ -10,7 +10,7 @@ import os
 import warnings
 from pathlib import Path
 
-from rover.detection.classifier import Classifier, default_model
+from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
 from rover.vision.camera_file import load_camera
 from sklearn.exceptions import ConvergenceWarning
 
@@ -18,7 +18,7 @@ from tools.evaluate.driven import curve, drives, split
 from tools.evaluate.real import evaluate_real
 from tools.evaluate.report import real_section, synthetic_section
 from tools.evaluate.shown import write_worst
-from tools.train.__main__ import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, TEST_FIELDS
+from tools.train.ground import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, TEST_FIELDS
 from tools.train.recipe import field_samples
 
 FRAMES = 20
@@ -42,24 +42,26 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=20, help="synthetic fields that are driven over")
     parser.add_argument("--no-rivals", action="store_true", help="this network alone")
     parser.add_argument("--cache", type=Path, help="folder that keeps the vectors for another round")
-    parser.add_argument("--model", type=Path, default=Path(default_model()))
+    parser.add_argument("--ground", type=Path, default=Path(default_model(GROUND)), help="a model file")
+    parser.add_argument("--picture-model", type=Path, default=Path(default_model(PICTURES)), help="a model file")
     parser.add_argument("--pictures", type=Path, default=Path("runs/evaluation"), help="where real pictures are shown")
     parser.add_argument("--out", type=Path, default=Path("docs/detection.md"))
     options = parser.parse_args()
     warnings.simplefilter("ignore", ConvergenceWarning)
-    camera, classifier = load_camera("lepton-160"), Classifier(options.model)
+    camera, ground = load_camera("lepton-160"), Classifier(options.ground, GROUND)
+    shipped = Classifier(options.picture_model, PICTURES)
 
-    sections = [_head(classifier.sha256, options)]
+    sections = [_head(ground, shipped, options)]
     if options.data is not None:
         real = evaluate_real(
-            Path(options.data), options.seed, options.epochs, options.cache, not options.no_rivals, classifier
+            Path(options.data), options.seed, options.epochs, options.cache, not options.no_rivals, shipped
         )
         write_worst(real.grouped["this network"], real.records, options.pictures)
         sections.append(real_section(real))
     seeds = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + TEST_FIELDS)
     synthetic = field_samples(camera, HELD_OUT_SOIL, seeds, FRAMES, LEAST_TESTED, options.cache)
-    p = classifier.predict(synthetic.vectors.astype("float32"))
-    runs = drives(options.model, options.drives, FIRST_DRIVE) if options.drives else []
+    p = ground.predict(synthetic.vectors.astype("float32"))
+    runs = drives(options.ground, options.drives, FIRST_DRIVE) if options.drives else []
     sections.append(
         f"## Synthetic fields\n\nSingle frames of a soil that was never trained on (clay) at all hours; mines of at "
         f"least {LEAST_TESTED:g} K.\n\n{synthetic_section(synthetic.labels, p)}"
@@ -76,13 +78,14 @@ def main() -> None:
     print(options.out)
 
 
-def _head(sha256: str, options: argparse.Namespace) -> str:
+def _head(ground: Classifier, pictures: Classifier, options: argparse.Namespace) -> str:
     more = "".join((" --no-rivals" if options.no_rivals else "", " --data DIR" if options.data is not None else ""))
     return f"""# Detection: how well, and how that is known
 
 Made by `python -m tools.evaluate --seed {options.seed} --epochs {options.epochs} --drives {options.drives}{more}`
-(`make evaluate`) with the model `{sha256[:12]}…`. How it was trained stands in
-[its card](../companion/models/README.md). Pictures of the worst misses and false alarms are written to
+(`make evaluate`) with the networks `{ground.sha256[:12]}…` for ground and
+`{pictures.sha256[:12]}…` for pictures. How they were trained stands in
+[their card](../companion/models/README.md). Pictures of the worst misses and false alarms are written to
 `{options.pictures.as_posix()}`; they show data that is not part of this repository.
 
 A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. 991 numbers tell the network

@@ -15,6 +15,7 @@ from tools.evaluate.folds import HIGHEST, Fold, Outcome, grouped_folds, hit, jud
 from tools.evaluate.rivals import patches, rivals
 from tools.train.measure import fit_pictures, softmax
 from tools.train.network import fit
+from tools.train.picture_recipe import picture_samples, picture_set
 from tools.train.picture_samples import (
     BACKGROUND,
     BOX,
@@ -25,7 +26,6 @@ from tools.train.picture_samples import (
     WINDOW,
     PictureSamples,
 )
-from tools.train.recipe import picture_samples, picture_set
 from tools.train.records import Record, read_records
 
 THREE = (SURFACE, BURIED, BACKGROUND)

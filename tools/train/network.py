@@ -12,11 +12,13 @@ from sklearn.neural_network import MLPClassifier
 HIDDEN = (256, 128)
 WEIGHT_DECAY = 0.05
 RATE, SLOWER, SLOWER_AFTER = 5e-4, 0.2, 0.6
-# The same for a network that goes on: what it knows is not to be lost.
-GENTLE_RATE = 2.5e-4
 BATCH = 512
 # Added to every standard deviation: what hardly varies may not be blown up.
 LEAST_DEVIATION = 0.02
+
+
+Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
+"""Weights (in, out) and biases (out,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,54 +41,39 @@ class Network:
         return answer
 
 
+    def every_class(self, layers: list[Layer]) -> list[Layer]:
+        """The layers with an answer for each of CLASSES; one that was never shown gets -30."""
+        weight, bias = layers[-1]
+        wide, level = np.zeros((len(weight), len(CLASSES)), np.float32), np.full(len(CLASSES), -30.0, np.float32)
+        wide[:, self.classes], level[list(self.classes)] = weight, bias
+        return [*layers[:-1], (wide, level)]
+
+
 def fit(
     vectors: NDArray[np.floating],
     labels: NDArray[np.integer],
     weights: NDArray[np.floating],
     epochs: int,
     seed: int,
-    start: Network | None = None,
 ) -> Network:
-    """Trains on vectors (N, LENGTH) with labels (N,) into CLASSES and weights (N,).
-
-    start: a network whose weights are gone on from, where the vectors that it has seen are among these.
-    """
+    """Trains on vectors (N, length) with labels (N,) into CLASSES and weights (N,)."""
     mean, deviation = _moments(vectors)
     scale = deviation + LEAST_DEVIATION
     classes = tuple(np.unique(labels).tolist())
     rng = np.random.default_rng([seed, 84])
-    rate = RATE if start is None else GENTLE_RATE
-    network = MLPClassifier(HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=rate, random_state=seed)
+    network = MLPClassifier(HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=RATE, random_state=seed)
     standard = np.empty(vectors.shape, np.float32)
     for begin in range(0, len(vectors), 4096):
         standard[begin : begin + 4096] = (vectors[begin : begin + 4096] - mean) / scale
     standard = np.clip(standard, -8.0, 8.0, out=standard)
     share = (weights / weights.mean()).astype(np.float32)
-    if start is not None:
-        _go_on(network, start, mean, scale, standard, labels)
     for epoch in range(epochs):
         if epoch == round(SLOWER_AFTER * epochs):
             optimizer = network._optimizer
-            optimizer.learning_rate_init = optimizer.learning_rate = rate * SLOWER
+            optimizer.learning_rate_init = optimizer.learning_rate = RATE * SLOWER
         order = rng.permutation(len(standard))
         network.partial_fit(standard[order], labels[order], classes=classes, sample_weight=share[order])
     return Network(network.coefs_, network.intercepts_, mean, scale, classes)
-
-
-def _go_on(
-    network: MLPClassifier, start: Network, mean: NDArray, scale: NDArray, standard: NDArray, labels: NDArray
-) -> None:
-    """Takes over the weights of `start`, which expects another standardisation; inputs unknown to it stay random."""
-    one_of_each = [int(np.flatnonzero(labels == c)[0]) for c in start.classes]
-    network.partial_fit(standard[one_of_each], labels[one_of_each], classes=start.classes)
-    known = np.abs(start.weights[0]).max(axis=1) > 0.0
-    first = start.weights[0] / start.scale[:, None]
-    network.coefs_[0][known] = (first * scale[:, None])[known]
-    network.intercepts_[0][:] = start.biases[0] + (mean - start.mean)[known] @ first[known]
-    for mine, theirs in zip(network.coefs_[1:], start.weights[1:], strict=True):
-        mine[...] = theirs
-    for mine, theirs in zip(network.intercepts_[1:], start.biases[1:], strict=True):
-        mine[...] = theirs
 
 
 def _moments(vectors: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

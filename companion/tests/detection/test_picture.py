@@ -5,12 +5,12 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from rover.detection.classifier import Classifier, default_model
-from rover.detection.patch import LENGTH
+from rover.detection.classifier import PICTURES, Classifier, default_model
 from rover.detection.picture_candidates import find_spots
 from rover.detection.picture_check import check_picture
 from rover.detection.picture_detect import MOST, SAME, describe_picture, detect_in_picture, thin
 from rover.detection.picture_maps import picture_maps
+from rover.detection.picture_patch import LENGTH
 from rover.errors import BadInput
 
 
@@ -77,7 +77,7 @@ def test_of_spots_at_one_place_the_likeliest_stays() -> None:
 
 
 def test_detections_are_likeliest_first_and_probabilities_sum_to_one() -> None:
-    found = detect_in_picture(with_disc(330, 300, 60, 235.0), Classifier(default_model()))
+    found = detect_in_picture(with_disc(330, 300, 60, 235.0), Classifier(default_model(PICTURES), PICTURES))
     scores = [d.mine_probability for d in found]
     assert scores == sorted(scores, reverse=True)
     assert 0 < len(found) <= MOST

@@ -35,6 +35,8 @@ TEXTURE_KELVIN = 0.6
 """Standard deviation that the ground of a picture without kelvin is brought to, where kelvin are needed."""
 
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
+Networks = dict[str, "Classifier"]
+"""By kind; only those that are needed."""
 
 
 def command(
@@ -55,7 +57,6 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.detection.classifier import Classifier, default_model
     from rover.vision.camera_file import load_camera
 
     if metres_per_pixel is not None and camera is not None:
@@ -63,11 +64,11 @@ def command(
     if metres_per_pixel is not None and not 1e-4 < metres_per_pixel < 1.0:
         raise BadInput(f"--metres-per-pixel {metres_per_pixel:g}: a value between 0.0001 and 1 is expected")
     mount = load_camera(camera) if camera is not None else None
-    classifier = Classifier(model or default_model())
+    networks = load_networks(model, metres_per_pixel is not None, mount is not None)
     entries, faults = [], []
     for image in images:
         try:
-            entries.append(examine(image, metres_per_pixel, threshold, classifier, mount))
+            entries.append(examine(image, metres_per_pixel, threshold, networks, mount))
         except BadInput as error:
             faults.append(error)
             entries.append({"image": str(image), "error": str(error), "time_ms": None, "detections": []})
@@ -86,12 +87,12 @@ def examine(
     file: Path,
     metres_per_pixel: float | None,
     threshold: float,
-    classifier: Classifier,
+    networks: Networks,
     camera: CameraModel | None = None,
 ) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     from rover.capture.picture import read_picture
-    from rover.detection.classifier import MINES
+    from rover.detection.classifier import GROUND, MINES, PICTURES
     from rover.detection.picture_check import check_picture
 
     picture = read_picture(file)
@@ -99,11 +100,11 @@ def examine(
     check_picture(picture, str(file), size, camera is not None)
     begin = time.perf_counter()
     if camera is not None:
-        found = in_view(picture, camera, classifier)
+        found = in_view(picture, camera, networks[GROUND])
     elif metres_per_pixel is not None and picture.dtype == np.uint16:
-        found = in_kelvin(picture, metres_per_pixel, classifier)
+        found = in_kelvin(picture, metres_per_pixel, networks[GROUND])
     else:
-        found = in_grey(picture, metres_per_pixel, classifier)
+        found = in_grey(picture, metres_per_pixel, networks[PICTURES])
     time_ms = (time.perf_counter() - begin) * 1e3
     return {
         "image": str(file),
@@ -118,6 +119,19 @@ def examine(
             if sum(p[name] for name in MINES) >= threshold
         ],
     }
+
+
+def load_networks(model: Path | None, scaled: bool, mounted: bool) -> Networks:
+    """Those that pictures may need: a mounted camera tells kelvin and metres, a scale does so for 16 bits alone.
+
+    model: a file to take in place of the one that ships, for the kind that it says it is. Raises BadInput.
+    """
+    from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
+
+    kinds = (GROUND,) if mounted else (PICTURES, GROUND) if scaled else (PICTURES,)
+    given = [] if model is None else [Classifier(model, kinds[0] if len(kinds) == 1 else None)]
+    networks = {classifier.kind: classifier for classifier in given}
+    return {kind: networks.get(kind) or Classifier(default_model(kind), kind) for kind in kinds}
 
 
 Corners = tuple[float, float, float, float]

@@ -129,10 +129,10 @@ def _native(module: str) -> str:
 
 
 def _model() -> str:
-    from rover.detection.classifier import Classifier, default_model
+    from rover.detection.classifier import LENGTHS, Classifier, default_model
 
-    classifier = Classifier(default_model())
-    return f"{Path(classifier.path).name}, sha256 {classifier.sha256}"
+    loaded = [Classifier(default_model(kind), kind) for kind in LENGTHS]
+    return "; ".join(f"{Path(each.path).name}, sha256 {each.sha256}" for each in loaded)
 
 
 def _sitl() -> str:

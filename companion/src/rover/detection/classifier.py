@@ -1,4 +1,8 @@
-"""The classifier: a small neural network (256 and 128 hidden units, paper section 3.2.1), run by onnxruntime."""
+"""The classifiers: small neural networks (256 and 128 hidden units, paper section 3.2.1), run by onnxruntime.
+
+There are two, each in a file of its own, because a candidate is described in different terms: `ground` in kelvin and
+metres (`rover.detection.patch`), `pictures` without either (`rover.detection.picture_patch`).
+"""
 
 from __future__ import annotations
 
@@ -9,18 +13,20 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from rover.detection.patch import LENGTH
+from rover.detection import patch, picture_patch
 from rover.errors import BadInput
 
 CLASSES = ("obstacle", "surface", "buried", "background")
 MINES = ("surface", "buried")
-MODEL_NAME = "landmine_mlp.onnx"
+GROUND, PICTURES = "ground", "pictures"
+# Numbers per candidate that a network of each kind takes.
+LENGTHS = {GROUND: patch.LENGTH, PICTURES: picture_patch.LENGTH}
 
 
-def default_model() -> str:
-    """Path of the model that ships with the project: beside the sources, or inside the installed package."""
-    here = Path(__file__).resolve()
-    places = (here.parents[3] / "models" / MODEL_NAME, here.parents[1] / "models" / MODEL_NAME)
+def default_model(kind: str = GROUND) -> str:
+    """Path of the model of this kind that ships: beside the sources, or inside the installed package."""
+    here, name = Path(__file__).resolve(), f"landmine_{kind}.onnx"
+    places = (here.parents[3] / "models" / name, here.parents[1] / "models" / name)
     return str(next((place for place in places if place.is_file()), places[0]))
 
 
@@ -35,19 +41,19 @@ def _check_hash(file: Path, found: str) -> None:
 
 
 class Classifier:
-    """A model file that maps vectors of `patch.describe` to probabilities.
+    """A model file that maps vectors of its kind to probabilities.
 
-    Raises BadInput (one line: file, what is wrong, what to do) when the file is missing or does not fit.
+    kind: GROUND or PICTURES, the one that is needed; None: whichever the file is. Raises BadInput (one line: file, what
+    is wrong, what to do) when the file is missing or does not fit.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, kind: str | None = GROUND) -> None:
         file = Path(path)
+        again = f"train one with python -m tools.train {kind or '|'.join(LENGTHS)}"
         try:
             content = file.read_bytes()
         except OSError as error:
-            raise BadInput(
-                f"{file}: the classifier cannot be read ({error.strerror}); train one with python -m tools.train"
-            ) from error
+            raise BadInput(f"{file}: the classifier cannot be read ({error.strerror}); {again}") from error
         self.sha256 = hashlib.sha256(content).hexdigest()
         _check_hash(file, self.sha256)
         options = onnxruntime.SessionOptions()
@@ -58,30 +64,35 @@ class Classifier:
         try:
             self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
         except Exception as error:  # onnxruntime raises many types, none of them documented
-            raise BadInput(f"{file}: not an ONNX model; train one with python -m tools.train") from error
+            raise BadInput(f"{file}: not an ONNX model; {again}") from error
         metadata = self._session.get_modelmeta().custom_metadata_map
+        self.kind = metadata.get("kind", "nothing")
+        if self.kind not in LENGTHS or kind not in (None, self.kind):
+            wanted = kind or " or ".join(LENGTHS)
+            raise BadInput(f"{file}: a network for {self.kind}, one for {wanted} is needed; {again}")
+        self.length = LENGTHS[self.kind]
         self.classes: tuple[str, ...] = tuple(filter(None, metadata.get("classes", "").split(",")))
         if sorted(self.classes) != sorted(CLASSES):
             found = ", ".join(self.classes) or "nothing"
-            raise BadInput(f"{file}: classes are {found}, expected {', '.join(CLASSES)}; train it anew")
+            raise BadInput(f"{file}: classes are {found}, expected {', '.join(CLASSES)}; {again}")
         inputs = self._session.get_inputs()
         length = inputs[0].shape[-1] if len(inputs) == 1 and len(inputs[0].shape) == 2 else None
-        if length != LENGTH or inputs[0].type != "tensor(float)":
-            raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {LENGTH}; train it anew")
+        if length != self.length or inputs[0].type != "tensor(float)":
+            raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {self.length}; {again}")
         self._input = inputs[0].name
         self.path = str(file)
-        self._check_answers(file)
+        self._check_answers(file, again)
 
-    def _check_answers(self, file: Path) -> None:
+    def _check_answers(self, file: Path, again: str) -> None:
         """A model whose weights are spoiled answers with anything but probabilities."""
-        answer = self._session.run(None, {self._input: np.zeros((2, LENGTH), np.float32)})[0]
+        answer = self._session.run(None, {self._input: np.zeros((2, self.length), np.float32)})[0]
         if answer.shape != (2, len(self.classes)) or not np.allclose(answer.sum(axis=1), 1.0, atol=1e-3):
-            raise BadInput(f"{file}: its answers are no probabilities of {len(self.classes)} classes; train it anew")
+            raise BadInput(f"{file}: its answers are no probabilities of {len(self.classes)} classes; {again}")
 
     def predict(self, batch: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Vectors (N, LENGTH) to probabilities (N, classes), in the order of `classes`."""
-        if batch.ndim != 2 or batch.shape[1] != LENGTH:
-            raise BadInput(f"batch of shape {batch.shape}: (N, {LENGTH}) is expected")
+        """Vectors (N, length) to probabilities (N, classes), in the order of `classes`."""
+        if batch.ndim != 2 or batch.shape[1] != self.length:
+            raise BadInput(f"batch of shape {batch.shape}: (N, {self.length}) is expected")
         if not len(batch):
             return np.zeros((0, len(self.classes)), np.float32)
         return self._session.run(None, {self._input: np.ascontiguousarray(batch, np.float32)})[0]

@@ -4,8 +4,6 @@
 [256, 512)  16x16 occupancy patch: where the contrast stands out of the ground's own spread (section 4.1)
 [512, 768)  16x16 wide patch, 4.5 cm a pixel: contrast in kelvin, for deep mines and for what lies around
 [768, ...)  numbers, see STATISTICS
-[PICTURE_NUMBERS, ...)  numbers of pictures that know neither kelvin nor metres (`picture_patch`); here zero
-last        1 for such pictures, else 0
 """
 
 from __future__ import annotations
@@ -19,7 +17,6 @@ from numpy.typing import NDArray
 
 from rover.detection.candidates import Candidate
 from rover.detection.ground_image import GroundImage
-from rover.detection.picture_patch import NUMBERS
 
 SIDE = 16
 PATCH_METRES_PER_PIXEL = 0.02
@@ -51,8 +48,7 @@ STATISTICS = (
     "extent",
     "range",
 )
-PICTURE_NUMBERS = 3 * SIDE * SIDE + len(STATISTICS)
-LENGTH = PICTURE_NUMBERS + NUMBERS + 1
+LENGTH = 3 * SIDE * SIDE + len(STATISTICS)
 
 _OFFSETS = ((np.arange(SIDE) - (SIDE - 1) / 2.0) * PATCH_METRES_PER_PIXEL).astype(np.float32)
 _DISTANCE = np.hypot(*np.meshgrid(_OFFSETS, _OFFSETS, indexing="ij"))
@@ -100,8 +96,7 @@ def describe(image: GroundImage, candidates: Sequence[Candidate]) -> NDArray[np.
             _range(image, candidates),
         )
     )
-    blank = np.zeros((len(candidates), LENGTH - PICTURE_NUMBERS), np.float32)
-    return np.hstack((thermal, occupied, wide, numbers, blank)).astype(np.float32)
+    return np.hstack((thermal, occupied, wide, numbers)).astype(np.float32)
 
 
 def _range(image: GroundImage, candidates: Sequence[Candidate]) -> NDArray[np.float64]:

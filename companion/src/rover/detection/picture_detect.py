@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.detection.classifier import MINES, Classifier
-from rover.detection.patch import LENGTH, PICTURE_NUMBERS, SIDE
 from rover.detection.picture_candidates import find_spots
 from rover.detection.picture_maps import PictureMaps, picture_maps
-from rover.detection.picture_patch import NUMBERS, describe_spots
+from rover.detection.picture_patch import LENGTH, describe_spots
 
 # Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
 SAME = 0.5
@@ -36,16 +35,10 @@ class PictureDetection:
 def describe_picture(
     maps: PictureMaps, spots: NDArray[np.float32], reference: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
-    """Vectors (N, LENGTH) of spots (N, 3); what only kelvin and metres can tell is zero."""
-    vectors = np.zeros((len(spots), LENGTH), np.float32)
+    """Vectors (N, LENGTH) of spots (N, 3)."""
     if not len(spots):
-        return vectors
-    thermal, occupied, numbers = describe_spots(maps, spots, reference)
-    area = SIDE * SIDE
-    vectors[:, :area], vectors[:, area : 2 * area] = thermal, occupied
-    vectors[:, PICTURE_NUMBERS : PICTURE_NUMBERS + NUMBERS] = numbers
-    vectors[:, -1] = 1.0
-    return vectors
+        return np.zeros((0, LENGTH), np.float32)
+    return np.hstack(describe_spots(maps, spots, reference))
 
 
 def detect_in_picture(

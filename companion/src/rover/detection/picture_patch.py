@@ -19,6 +19,7 @@ FIRST_AROUND = 7
 PATCH = 1.5
 _R = len(CIRCLES)
 NUMBERS = 13 * _R - 8 + 6 + 8
+LENGTH = 2 * SIDE * SIDE + NUMBERS
 _ANGLES = np.arange(POINTS) * (2.0 * np.pi / POINTS)
 _ROWS = np.outer(CIRCLES, np.sin(_ANGLES)).ravel().astype(np.float32)
 _COLUMNS = np.outer(CIRCLES, np.cos(_ANGLES)).ravel().astype(np.float32)

@@ -117,6 +117,16 @@ def test_a_path_is_clear_until_something_comes_nearer_than_the_tolerance_allows(
     assert CHECK_TOLERANCE <= MARGIN
 
 
+def test_a_zone_drawn_beside_a_path_that_is_driven_leaves_a_wheel_room_for_the_worst_of_localization() -> None:
+    path = way((0.4, 1.0), (1.6, 1.0))
+    for offset in np.arange(0.0, 0.5, 0.005):
+        if space(zones=(Zone(1, 1.0, 1.0 + offset, 0.15, 0.0),)).is_clear(path):
+            assert offset >= 0.15 + WHEEL_REACH + 0.016
+            break
+    else:
+        raise AssertionError("the path is never clear")
+
+
 def test_every_leg_of_a_path_is_checked() -> None:
     ground = space(obstacles=((1.5, 1.5, 0.1),))
     assert not ground.is_clear(way((0.4, 0.4), (1.5, 0.4), (1.5, 1.6)))

@@ -31,9 +31,13 @@ WHEEL_REACH = 0.12
 # Half the extent of what a zone is drawn around, metres.
 MINE_RADIUS = 0.06
 
+# What a wheel stays away from a zone beyond MARGIN: a zone may be drawn beside a path that is driven already, where
+# MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).
+ZONE_MARGIN = 0.02
+
 # A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
 # must not stop the rover.
-CHECK_TOLERANCE = 0.02
+CHECK_TOLERANCE = 0.015
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +77,7 @@ def free_space(
     blocked = solid | ~shown
     for zone in zones:
         # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
-        core = max(zone.radius - (radius - WHEEL_REACH), MINE_RADIUS)
+        core = max(zone.radius + ZONE_MARGIN - (radius - WHEEL_REACH), MINE_RADIUS)
         blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, core)
     return FreeSpace(
         blocked=blocked,

@@ -21,6 +21,7 @@ from rover.mission.drive import Drive
 from rover.mission.freespace import FreeSpace, disc_mask, free_space
 from rover.mission.goals import INSPECTED, MAX_ATTEMPTS, PENDING, UNREACHABLE, Goals
 from rover.mission.perception import Perception
+from rover.mission.sight import BLIND_AFTER, Sight
 from rover.mission.targets import START_ESCAPE, Decision, Target, candidates, decide
 from rover.motion.segment import Segment
 from rover.vehicle import Vehicle
@@ -80,6 +81,8 @@ class Survey:
         self._target: Target | None = None
         self._abort: Outcome | None = None
         self._ending = False
+        self._sight = Sight()
+        self._blind = False
         self._looks = np.zeros(perception.grid.shape, np.uint8)
         self._armed_once = False
 
@@ -116,6 +119,7 @@ class Survey:
             self._started = now
         for event in telemetry:
             self.perception.take(event)
+        self._sight.take(now, frames)
         mapped = False
         for frame in frames:
             mapped = self.perception.see(frame, now) or mapped
@@ -162,16 +166,32 @@ class Survey:
             self.abort(
                 Outcome("partial", f"the rover no longer knows where it is (1σ of {self.perception.sigma:.2f} m)")
             )
+        self._watch_sight(now)
         if self._abort is not None and not self._ending:
             self._ending = True
             self.drive.stop()
+
+    def _watch_sight(self, now: float) -> None:
+        """Nobody drives with closed eyes: the rover brakes, waits for pictures, and gives up when none come."""
+        lost = self._sight.lost(now)
+        if lost is not None:
+            self.abort(Outcome("partial", lost))
+        blind = self._sight.blind(now)
+        if blind and not self._blind:
+            self._note(now, f"the camera has shown nothing for {BLIND_AFTER:g} s: the rover waits for pictures")
+            self.drive.stop()
+        self._blind = blind
 
     def _at_rest(self, now: float, space: FreeSpace | None) -> None:
         """The rover stands and nothing is committed: the next thing to do, by phase."""
         if self._abort is not None:
             self._finish(now, self._abort)
             return
-        if self.phase == "look":
+        if self._blind and self.phase == "drive":
+            self._enter("decide", now)
+        elif self._blind and self.phase in ("look", "inspect"):
+            self._since = now
+        elif self.phase == "look":
             self._look(now)
         elif self.phase == "drive":
             if self.drive.blocked:

@@ -21,6 +21,7 @@ from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera import CameraModel
 from rover.vision.features import FeatureSettings
+from rover.vision.keyframe_map import KeyframeMap
 from rover.vision.keyframes import Keyframe, KeyframeSettings, KeyframeStore
 from rover.vision.motion_history import MotionHistory
 from rover.vision.motion_model import FreeMotionNoise, MotionNoise, advance, advance_freely
@@ -31,6 +32,10 @@ from rover.vision.preprocess import PreprocessSettings
 from rover.vision.relocation import Proposal, RelocationSettings, propose, same_place
 
 Array = NDArray[np.float64]
+
+
+NOWHERE = (10.0, 10.0, 3.0)
+"""1σ of x, y (m) and heading (rad) while the place is not known at all: more than any field that is mapped."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,9 @@ class Localizer:
         start_sigma: tuple[float, float, float],
         settings: LocalizerSettings | None = None,
         mark: Mark = no_mark,
+        known: KeyframeMap | None = None,
     ) -> None:
+        """known: keyframes of a former run. With them `start` counts for nothing: lost until a place is recognised."""
         self.settings = s = settings or LocalizerSettings()
         self.camera = camera
         self.odometry_only = start
@@ -112,6 +119,9 @@ class Localizer:
         self._past: deque[tuple[float, Array]] = deque(maxlen=100)
         self._contradicted = 0
         self._proposal: Proposal | None = None
+        self._placed = known is None
+        if known is not None:
+            self._begin_lost(known)
 
     @property
     def pose(self) -> Pose2:
@@ -127,6 +137,21 @@ class Localizer:
     def lost(self) -> bool:
         """True once frames have contradicted what is believed too often in a row, until they show a known place."""
         return self._contradicted >= self.settings.lost_after
+
+    @property
+    def map(self) -> KeyframeMap:
+        """All keyframes as they are believed to lie, for a next run."""
+        return KeyframeMap(
+            list(self.keyframes.frames), self.filter.keyframe_poses().copy(), self.filter.keyframe_covariance
+        )
+
+    def _begin_lost(self, known: KeyframeMap) -> None:
+        self.filter.doubt(NOWHERE)
+        self.filter.add_known(known.poses, known.covariance)
+        for count, frame in enumerate(known.frames, start=1):
+            self.keyframes.add(frame, known.poses[:count])
+        self._contradicted = self.settings.lost_after
+        self._catch_up()
 
     def predict(self, time: float, left: float, right: float) -> None:
         """Wheel travel in metres that ends at `time`. Raises ValueError where motion comes from frames alone."""
@@ -188,8 +213,8 @@ class Localizer:
             return Fix(time, True, "first", found, keyframe=True)
         overlap = self.keyframes.overlap(self.filter.mean[:3], self.filter.keyframe_poses())
         self._mark("filter")
-        fix = Fix(time, False, "new ground", found)
-        for index in self.keyframes.candidates(overlap):
+        fix = Fix(time, False, "new ground" if self._placed else "place not recognised yet", found)
+        for index in self.keyframes.candidates(overlap) if self._placed else ():
             fix = self._correct(time, seen, index)
             if fix.accepted:
                 break
@@ -198,7 +223,8 @@ class Localizer:
             self._contradicted, self._proposal = 0, None
         else:
             fix = self._relocate(time, seen, fix)
-            if not fix.accepted and unknown and self._proposal is None and self.settings.motion == "wheels":
+            waits = self._proposal is not None or not self._placed or self.settings.motion == "frames"
+            if not fix.accepted and unknown and not waits:
                 fix = replace(fix, reason="new ground: placed by the wheels", keyframe=True)
         if fix.keyframe or (fix.accepted and overlap.max() < self.settings.keyframes.sparse):
             self._keep(time)
@@ -233,6 +259,8 @@ class Localizer:
                 self.filter.stop(s.motion_sigma)
             noise = proposal.found.covariance + np.diag(np.square(s.floor))
             self.filter.relocate(proposal.index, proposal.found.pose, noise)
+            if not self._placed:
+                self._placed, self.odometry_only = True, self.filter.pose
             made = Placement(proposal.matches, proposal.found)
             return self._fix(time, True, "relocated", seen, made, proposal.index)
         if proposal is not None or refused.reason != "new ground" or s.motion == "frames":

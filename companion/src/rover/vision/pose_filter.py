@@ -57,6 +57,11 @@ class PoseFilter:
         """All keyframes, (K, 3)."""
         return self.mean[ROBOT:].reshape(-1, POSE)
 
+    @property
+    def keyframe_covariance(self) -> Array:
+        """Of all keyframes' x, y, heading, (3K, 3K)."""
+        return self.covariance[ROBOT:, ROBOT:].copy()
+
     def propagate(self, robot: Array, jacobian: Array, added: Array) -> None:
         """The robot moves to `robot` (5,); `jacobian` and `added` (5, 5) as composed over all steps in between."""
         self.mean[:ROBOT] = robot
@@ -78,6 +83,14 @@ class PoseFilter:
         self.covariance = pick @ self.covariance @ pick.T
         self.covariance[size:, size:] += blur
         return (size - ROBOT) // POSE
+
+    def add_known(self, poses: Array, covariance: Array) -> None:
+        """Adds keyframes (K, 3) of another run with their covariance (3K, 3K): nothing of the rover's own pose."""
+        size, more = len(self.mean), poses.size
+        grown = np.zeros((size + more, size + more))
+        grown[:size, :size] = self.covariance
+        grown[size:, size:] = covariance
+        self.mean, self.covariance = np.concatenate((self.mean, poses.ravel())), grown
 
     def drop_keyframe(self, index: int) -> None:
         """Forgets a keyframe; those after it move up by one."""

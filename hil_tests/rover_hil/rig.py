@@ -73,8 +73,8 @@ class Rig(Protocol):
         """Runs until `to_us`; `host_bytes` is the companion's total up to the present. Raises RigFailed."""
         ...
 
-    def advance_free(self, to_us: int) -> None:
-        """Runs until `to_us` with whatever comes over the port. Raises RigFailed."""
+    def advance_free(self, to_us: int) -> tuple[RigFrame, ...]:
+        """Runs until `to_us` with whatever comes over the port; returns the pictures of that time. Raises RigFailed."""
         ...
 
     def set_emergency_stop(self, active: bool) -> None:

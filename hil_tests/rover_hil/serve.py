@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from rover.capture.publisher import FramePublisher
 from rover.errors import BadInput
 from rover.link.port import SLCAN_BAUD
 from rover.mission.config import Mission, load
@@ -41,6 +42,7 @@ class Options:
     free_run: bool = False
     wire: str = "serial"
     pictures: bool = True
+    frames: Path | None = None
 
 
 def check_rig(name: str) -> None:
@@ -102,7 +104,8 @@ def serve(options: Options) -> None:
         return verdict
 
     try:
-        server = Server(rig, options.control, finish)
+        publisher = FramePublisher(options.frames) if options.frames is not None else None
+        server = Server(rig, options.control, finish, publisher)
         try:
             announcement = {"port": rig.port, "control": str(options.control)}
             sys.stdout.write(json.dumps(announcement) + "\n")
@@ -110,6 +113,8 @@ def serve(options: Options) -> None:
             server.run(options.free_run, options.linger)
         finally:
             server.close()
+            if publisher is not None:
+                publisher.close()
     finally:
         rig.close()
 

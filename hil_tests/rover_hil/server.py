@@ -8,12 +8,15 @@ import socket
 import time
 from pathlib import Path
 
+import numpy as np
+from rover.capture.frame import Frame
+from rover.capture.publisher import FramePublisher
 from rover.errors import PreflightFailed
 
-from rover_hil.rig import Rig
+from rover_hil.rig import Rig, RigFrame
 from rover_hil.session import Finish, Session
 
-FREE_STEP = 0.01
+FREE_STEP = 0.002
 """Seconds of real time between two steps of a free-running rig."""
 
 FIRST_WAIT = 600.0
@@ -23,10 +26,12 @@ FIRST_WAIT = 600.0
 class Server:
     """Listens on a unix socket for one companion at a time."""
 
-    def __init__(self, rig: Rig, control: Path, finish: Finish) -> None:
+    def __init__(self, rig: Rig, control: Path, finish: Finish, publisher: FramePublisher | None = None) -> None:
+        """`publisher`: takes the camera's pictures while the rig runs in real time."""
         self._rig = rig
         self._control = control
         self._finish = finish
+        self._publisher = publisher
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             with contextlib.suppress(FileNotFoundError):
@@ -59,10 +64,18 @@ class Server:
         real, virtual_us = time.monotonic(), self._rig.now_us
         while deadline is None or time.monotonic() < deadline:
             elapsed = time.monotonic() - real
-            self._rig.advance_free(virtual_us + int(elapsed * 1e6))
+            frames = self._rig.advance_free(virtual_us + int(elapsed * 1e6))
+            if self._publisher is not None:
+                self._publisher.publish(*(self._picture(frame, real - virtual_us * 1e-6) for frame in frames))
             if select.select([self._listener], [], [], FREE_STEP)[0]:
                 return True
         return False
+
+    def _picture(self, frame: RigFrame, offset: float) -> Frame:
+        """As its camera would give it; `offset`: seconds from virtual time to the system's monotonic clock."""
+        size = self._rig.camera["height"], self._rig.camera["width"]
+        counts = np.frombuffer(frame.counts, "<u2").reshape(size).astype(np.uint16)
+        return Frame(counts, frame.exposure_us * 1e-6 + offset, frame.sequence, frame.ffc)
 
     def close(self) -> None:
         """Takes the socket away."""

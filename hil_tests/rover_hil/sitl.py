@@ -84,13 +84,13 @@ class SitlRig:
         self._from_firmware.clear()
         return Advance(self.now_us, shifted, frames, self._plant.take_ticks(), data, sent)
 
-    def advance_free(self, to_us: int) -> None:
+    def advance_free(self, to_us: int) -> tuple[RigFrame, ...]:
         """Takes what is there, and throws away what nobody reads."""
         self._run(to_us, self._pty.read(4096))
         self._plant.take_ticks()
         self._from_firmware.clear()
-        self._plant.take_frames()
         self._pty.drop_unread()
+        return tuple(RigFrame(*frame) for frame in self._plant.take_frames())
 
     def _run(self, to_us: int, data: bytes) -> list[Mark]:
         self._process.send(data)

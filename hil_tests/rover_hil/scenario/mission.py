@@ -171,11 +171,12 @@ class _Run:
         parts = [b"".join(getattr(s, part) for s in steps) for part in ("ticks", "to_firmware", "from_firmware")]
         return Advance(self.now_us, marks, frames, *parts)
 
-    def advance_free(self, to_us: int) -> None:
+    def advance_free(self, to_us: int) -> tuple[RigFrame, ...]:
         """The world goes on without the companion; what the firmware sends nobody reads."""
         while self.now_us < to_us:
             self._step(min(self.now_us + STEP_US, to_us))
             self._rig.drop_unread()
+        return ()
 
     def set_emergency_stop(self, active: bool) -> None:
         """The companion's own test of the input."""

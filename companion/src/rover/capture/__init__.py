@@ -1,6 +1,7 @@
 """Where frames come from: one type of frame, several sources behind a registry."""
 
-from rover.capture import cptv, folder, mcap_log, simulator, v4l2, video  # noqa: F401  each adds itself to SOURCES
+# Each adds itself to SOURCES.
+from rover.capture import camera_socket, cptv, folder, mcap_log, simulator, v4l2, video  # noqa: F401
 from rover.capture.frame import Frame
 from rover.capture.source import SOURCES, FrameSource, open_source
 

@@ -40,6 +40,15 @@ def register(kind: str) -> Callable[[Callable[[str], FrameSource]], Callable[[st
     return add
 
 
+def open_camera(location: str) -> FrameSource:
+    """As `open_source`, but only a source that gives pictures as they are taken, by the system's monotonic clock."""
+    source = open_source(location)
+    if not getattr(source, "live", False):
+        live = ", ".join(kind for kind, factory in sorted(SOURCES.items()) if getattr(factory, "live", False))
+        raise BadInput(f"{location}: holds pictures of another time; a mission on a real rover sees by one of: {live}")
+    return source
+
+
 def open_source(location: str) -> FrameSource:
     """Opens `kind:location`; a plain path is a folder. Raises BadInput for an unknown kind or a bad location."""
     kind, separator, rest = location.partition(":")

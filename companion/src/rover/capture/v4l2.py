@@ -56,6 +56,8 @@ class V4l2Source:
     Raises BadInput when it is not there at the start or does not deliver 16 bits, CameraLost when it went away.
     """
 
+    live = True
+
     def __init__(
         self,
         location: str,

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 from rover.link.clock import WallClock
 from rover.link.handshake import Identity
+from rover.link.inquiry import listen
 from rover.link.port import DEFAULT_BAUD, open_frames
-from rover.link.session import STEP, Link
+from rover.link.session import Link
 from rover.link.statistics import LinkFigures
-from rover.link.telemetry import Battery, FirmwareState, SonarRange
-
-LISTEN = 0.7
-"""Seconds to listen after the handshake: the battery is told twice a second."""
+from rover.link.telemetry import Battery, FirmwareState
 
 CAUSES = {
     "None": "nothing has stopped it since it started",
@@ -63,17 +61,7 @@ def ask(port: str, baud: int = DEFAULT_BAUD) -> Answer:
     link = Link(open_frames(port, baud, clock), clock)
     try:
         identity = link.connect()
-        battery: Battery | None = None
-        sonars: dict[int, str] = {}
-        end = clock.now() + LISTEN
-        while clock.now() < end:
-            for event in link.poll():
-                if isinstance(event, Battery):
-                    battery = event
-                elif isinstance(event, SonarRange):
-                    sonars[event.sensor] = event.status
-            clock.advance(clock.now() + STEP)
-        assert link.state is not None  # connect waits for it
-        return Answer(identity, link.state, battery, link.figures(), sonars)
+        told = listen(link)
+        return Answer(identity, told.state, told.battery, link.figures(), told.sonars)
     finally:
         link.close()

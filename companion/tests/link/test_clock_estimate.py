@@ -64,6 +64,12 @@ def test_time_goes_on_past_the_wrap_of_32_bits() -> None:
     assert estimate.stamp(raw_ms, 8.003, unit_us=1000, bits=16) == pytest.approx(8.0, abs=0.001)
 
 
+def test_before_the_first_exchange_a_stamp_is_the_time_of_arrival() -> None:
+    """A firmware that has run for a minute must not have its first words dated a minute ahead."""
+    estimate = ClockEstimate()
+    assert estimate.stamp(60_000, 1.25, unit_us=1000, bits=16) == 1.25
+
+
 def test_error_bound_covers_half_the_unexplained_round_trip() -> None:
     estimate = ClockEstimate()
     exchange(estimate, 1.0, 0.001, 0.003, offset_us=0)

@@ -129,7 +129,10 @@ class ClockEstimate:
         """Companion time of a wrapping firmware stamp that was received at companion time `received`.
 
         On a rig that runs in steps the nearest one: the firmware's ticks lie on them, whatever the estimate says.
+        Before the first exchange nobody knows what the firmware's clock shows: `received` is the best there is.
         """
+        if self._fit is None:
+            return received
         near = self.to_firmware(received) // unit_us
         time = self.to_companion(unwrap(raw, bits, near) * unit_us)
         return round(time / self.time_step) * self.time_step if self.time_step else time

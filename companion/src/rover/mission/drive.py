@@ -34,12 +34,10 @@ SAME_PLACE = 0.03
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
-    def __init__(self, vehicle: Vehicle, cruise_speed: float, round_corners: bool = False) -> None:
-        """`round_corners`: where the map has room; otherwise all but soft corners are turned on the spot."""
+    def __init__(self, vehicle: Vehicle, cruise_speed: float) -> None:
         travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
         self.committed = CommittedMotion()
         self._follower = PathFollower(vehicle, travel)
-        self._round_corners = round_corners
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self.blocked = False
         self._escape_left = 0.0
@@ -62,14 +60,15 @@ class Drive:
         escape: float = 0.0,
         space: FreeSpace | None = None,
     ) -> None:
-        """Takes a new path; the rover must be at rest. `space`: the map that says where corners may be rounded.
+        """Takes a new path; the rover must be at rest. `space`: the map that says where corners may be rounded; without
+        it all but soft corners are turned on the spot.
 
         `escape`: metres at its beginning over which it leads out of ground that has become blocked around the rover.
         """
         self._escape_left = escape
         self._last = None
         self.blocked = False
-        ground = Ground.of(space.field(), space.radius) if space is not None and self._round_corners else None
+        ground = Ground.of(space.field(), space.radius) if space is not None else None
         self._follower.follow([(float(x), float(y)) for x, y in path], final_heading, ground)
         # What is checked while driving is what is driven.
         self._path = np.array(self._follower.path) if ground is not None and self._follower.path else path

@@ -86,14 +86,15 @@ class FrameTransport(ABC):
 class SerialFrames(FrameTransport):
     """Frames over a transport of bytes: numbers what is sent, checks what comes, counts both."""
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(self, transport: Transport, sequence: int = 0) -> None:
+        """`sequence`: of the first frame that is sent."""
         self.bytes = transport
         self.port = transport.port
         self.time_step = transport.time_step
         self.lead = transport.lead
         self.last_heard = None
         self._decoder = framing.Decoder()
-        self._sequence = 0
+        self.sequence = sequence
 
     @property
     def bytes_written(self) -> int:
@@ -124,8 +125,8 @@ class SerialFrames(FrameTransport):
 
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""
-        frame = framing.encode(identifier, self._sequence, payload)
-        self._sequence = (self._sequence + 1) & 0xFF
+        frame = framing.encode(identifier, self.sequence, payload)
+        self.sequence = (self.sequence + 1) & 0xFF
         self.bytes.write(frame)
 
     def receive(self) -> list[Frame]:

@@ -158,6 +158,10 @@ class LockstepRig:
         """Virtual time in seconds."""
         return self._now_us * 1e-6
 
+    def next_cycle(self, period: float) -> float:
+        """A period from now: virtual time is never late."""
+        return self.now() + period
+
     def advance(self, to: float) -> None:
         """Lets the world run until `to` (whole microseconds); everything written so far is on the wire by then."""
         to_us = round(to * 1e6)

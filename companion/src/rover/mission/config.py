@@ -21,7 +21,7 @@ SECTIONS = {
     "mission": ("name", "time_of_day", "max_duration_s", "goals"),
     "area": ("width_m", "height_m", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
-    "rover": ("camera", "cruise_speed_m_s", "baud"),
+    "rover": ("camera", "camera_source", "cruise_speed_m_s", "baud"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
     "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
 }
@@ -46,9 +46,10 @@ class Launch:
 
 @dataclass(frozen=True)
 class RoverSettings:
-    """The rover that drives the mission; `port` and `baud` matter on a real board."""
+    """The rover that drives the mission; `camera_source` and `baud` matter on a real board."""
 
     camera: str
+    camera_source: str
     cruise_speed: float
     baud: int
 
@@ -163,6 +164,7 @@ def _rover(table: Table, file: Path) -> RoverSettings:
         raise table.fail("camera", str(error)) from None
     return RoverSettings(
         camera=camera,
+        camera_source=table.text("camera_source", ""),
         cruise_speed=table.number("cruise_speed_m_s", 0.25, 0.05, Vehicle().travel.speed),
         baud=table.integer("baud", 230_400, 9_600, 4_000_000),
     )

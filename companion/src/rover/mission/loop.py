@@ -37,8 +37,14 @@ class MissionRig(Clock, Protocol):
         """Pictures that have come; iterating takes them."""
         ...
 
-    def finish(self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
-        """Ends the mission for the rig; returns what its referee saw."""
+    def next_cycle(self, period: float) -> float:
+        """The time at which the next cycle begins; `advance` leads there."""
+        ...
+
+    def finish(
+        self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()
+    ) -> dict[str, Any] | None:
+        """Ends the mission for the rig; returns what its referee saw, None where there is none."""
         ...
 
 
@@ -128,7 +134,7 @@ class MissionLoop:
             return None
 
     def _cycle(self) -> None:
-        now = self.rig.now() + CYCLE
+        now = self.rig.next_cycle(CYCLE)
         self.rig.advance(now)
         telemetry = self.link.poll()
         frames = list(self.rig.frames)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -17,24 +17,64 @@ import rover_protocol.messages as messages
 
 import rover
 from rover.detection.classifier import Classifier, default_model
-from rover.errors import BadInput, PreflightFailed
+from rover.errors import BadInput
+from rover.link.device import DeviceRig
 from rover.link.handshake import Identity
 from rover.link.lockstep import LockstepRig, RigOptions, RigProcess
+from rover.link.port import CanPort, parse_port
+from rover.link.self_test import Finding
 from rover.mission.assemble import assemble
 from rover.mission.config import Mission
-from rover.mission.loop import CYCLE, Control, MissionLoop, Status
+from rover.mission.device import check, opened
+from rover.mission.loop import CYCLE, Control, MissionLoop, MissionRig, Status
 from rover.mission.origin import attach_files, origin_of
 from rover.mission.perception import Perception
 from rover.mission.survey import Survey
 from rover.record.recording import Recording
+from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
-from rover.report.result import Identities, RunResult, WallClock
+from rover.report.result import Identities, RealTime, RunResult, WallClock
 from rover.report.write import write_run
 from rover.vehicle import Vehicle
+from rover.vision.camera import CameraModel
 from rover.vision.camera_file import load_camera
 
 SIMULATED = ("sitl", "emulator")
 """Rigs that bring their own world, camera and port."""
+
+DEVICE = "device"
+"""A real rover, on a port, with a camera."""
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """A mission that is ready to be driven."""
+
+    mission: Mission
+    survey: Survey
+    classifier: Classifier
+    camera: CameraModel
+    rig: str
+    transport: str
+    seed: int
+    out: Path
+    on_status: Callable[[Status], None] | None
+    control: Control
+
+    def drive(self, rig: MissionRig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
+        """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
+        run = MissionLoop(self.survey, rig, recording, self.on_status, self.control, self.seed)
+        run.drive()
+        referee = run.judge()
+        recording.identify("firmware", _firmware(run.link.identity))
+        return run, referee
+
+    def recording(self, more: Mapping[str, str] | None = None) -> Recording:
+        """The log, with what the run is made from."""
+        origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
+        recording = Recording(self.out / "mission.mcap", {**origin, **(more or {})})
+        attach_files(recording, self.mission)
+        return recording
 
 
 def run_mission(
@@ -43,52 +83,88 @@ def run_mission(
     rig: str = "sitl",
     transport: str = "serial",
     port: str | None = None,
+    camera_source: str | None = None,
     seed: int = 1,
     out: Path,
     data: Path | None = None,
     on_status: Callable[[Status], None] | None = None,
+    on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
 ) -> RunResult:
     """One whole mission; its folder `out` is complete when this returns, however the mission ended.
 
+    `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
+
     Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
     """
-    if rig not in SIMULATED:
-        raise PreflightFailed(f"rig {rig}: no camera source for it yet; there is {', '.join(SIMULATED)}")
-    if port is not None:
-        raise BadInput(f"--port {port}: rig {rig} makes its own port")
+    if rig in SIMULATED:
+        if port is not None:
+            raise BadInput(f"--port {port}: rig {rig} makes its own port")
+        if camera_source is not None:
+            raise BadInput(f"--camera-source {camera_source}: rig {rig} has a camera of its own")
+    elif rig != DEVICE:
+        raise BadInput(f"--rig {rig}: not known; there is {', '.join((*SIMULATED, DEVICE))}")
+    elif port is not None:
+        transport = "can" if isinstance(parse_port(port), CanPort) else "serial"
     cv2.setNumThreads(1)
     out.mkdir(parents=True, exist_ok=True)
     _forget_earlier_run(out)
     classifier = Classifier(mission.detector.model or default_model())
     camera = load_camera(mission.rover.camera)
     survey = Survey(mission, Vehicle(), Perception(mission, Vehicle(), camera, classifier), seed)
+    prepared = _Prepared(
+        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control()
+    )
     begin = time.monotonic()
-    process = RigProcess(RigOptions(mission.path, rig, seed, out, data, transport=transport), out / "rig.log")
+    real_time = referee = None
+    if rig == DEVICE:
+        run, real_time = _on_device(prepared, port, camera_source, on_finding)
+    else:
+        run, referee = _on_simulated(prepared, data)
+    wall = time.monotonic() - begin
+    assert survey.outcome is not None
+    identities = _with_firmware(_identities(mission, rig, seed, classifier), run.link.identity)
+    result = assemble(survey, run.track, run.link.figures(), identities, referee, out)
+    clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
+    result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
+    write_tum(out / "trajectory.tum", run.track.fused)
+    write_run(result, out)
+    return result
+
+
+def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, dict[str, float | None] | None]:
+    """In virtual time, on a rig that is started for it."""
+    mission, out = prepared.mission, prepared.out
+    options = RigOptions(mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport)
+    process = RigProcess(options, out / "rig.log")
     try:
         (out / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
-        identities = _identities(mission, rig, seed, classifier)
-        origin = origin_of(mission, rig, transport, seed, CYCLE, classifier.sha256)
-        with Recording(out / "mission.mcap", origin) as recording:
-            attach_files(recording, mission)
+        with prepared.recording() as recording:
             lockstep = LockstepRig(process.port, process.control, mission.rover.baud, CYCLE, recording.step)
-            run = MissionLoop(survey, lockstep, recording, on_status, control or Control(), seed)
-            run.drive()
-            identities = _with_firmware(identities, run.link.identity)
-            referee = run.judge()
-            recording.identify("firmware", _firmware(run.link.identity))
+            driven = prepared.drive(lockstep, recording)
         lockstep.close()
+        return driven
     finally:
         process.stop()
-    wall = time.monotonic() - begin
-    assert survey.outcome is not None
-    result = assemble(survey, run.track, run.link.figures(), identities, referee, out)
-    result = replace(result, out=str(out), wall_clock=WallClock(wall, result.duration / wall))
-    write_tum(out / "trajectory.tum", run.track.fused)
-    write_run(result, out)
-    return result
+
+
+def _on_device(
+    prepared: _Prepared, port: str | None, camera_source: str | None, on_finding: Callable[[Finding], None]
+) -> tuple[MissionLoop, RealTime]:
+    """In real time, on a rover and a camera that are there."""
+    with opened(prepared.mission, port, camera_source) as device:
+        check(device, prepared.mission, prepared.camera, prepared.out, prepared.seed, on_finding)
+        wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
+        with prepared.recording(wire) as recording:
+            rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)
+            run, _ = prepared.drive(rig, recording)
+            if rig.camera_failure is not None:
+                recording.event(CAMERA_LOST, rig.now(), {"text": rig.camera_failure})
+                prepared.survey.timeline.append((rig.now(), f"camera: {rig.camera_failure}"))
+        pace = rig.pace
+    return run, RealTime(pace.cycles, pace.overruns, pace.longest, pace.frames_dropped)
 
 
 def _forget_earlier_run(out: Path) -> None:

@@ -28,8 +28,10 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
+from rover.link.intake import Cycle
+from rover.record.device_cycle import pack_cycle
 from rover.record.rig_step import pack_step
-from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_STEP
+from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
 
 LOG_LEVELS = {"debug": Log.DEBUG, "info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR, "fatal": Log.FATAL}
 JSON_TYPES: dict[Any, str] = {float: "number", int: "integer", str: "string", bool: "boolean"}
@@ -69,6 +71,10 @@ class Journal(ABC):
     def step(self, now_us: int, ticks: bytes, to_firmware: bytes, from_firmware: bytes) -> None:
         """What entered and left a simulated rig's firmware until `now_us`; layout: see rover.record.rig_step."""
         self.put_bytes(RIG_STEP, now_us * 1e-6, pack_step(now_us, ticks, to_firmware, from_firmware))
+
+    def cycle(self, cycle: Cycle) -> None:
+        """What came in from a real rover in one cycle."""
+        self.put_bytes(RIG_CYCLE, cycle.time, pack_cycle(cycle))
 
     def pose(self, time: float, pose: Pose2, topic: str = "/pose", frame_id: str = "map") -> None:
         """Where base_link is in map."""

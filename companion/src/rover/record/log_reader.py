@@ -14,8 +14,10 @@ from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 
 from rover.errors import BadInput
+from rover.link.intake import Cycle
+from rover.record.device_cycle import unpack_cycle
 from rover.record.rig_step import RigStep, unpack_step
-from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_STEP
+from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
 
 KELVIN_IMAGE = "mono16"
 
@@ -72,6 +74,14 @@ class Log:
                 yield unpack_step(message.data)
             except ValueError as error:
                 raise BadInput(f"{self.path}: {RIG_STEP} at {message.time_ns * 1e-9:.3f} s: {error}") from error
+
+    def cycles(self) -> Iterator[Cycle]:
+        """What came over the wire of a real rover, cycle by cycle."""
+        for message in self.messages((RIG_CYCLE,)):
+            try:
+                yield unpack_cycle(message.data)
+            except ValueError as error:
+                raise BadInput(f"{self.path}: {RIG_CYCLE} at {message.time_ns * 1e-9:.3f} s: {error}") from error
 
     def frames(self) -> Iterator[LoggedFrame]:
         """The camera's pictures, each with the time at which it was taken in."""

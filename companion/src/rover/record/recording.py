@@ -25,7 +25,7 @@ CHUNK_SIZE = 96 * 1024
 FLUSH_PERIOD = 2.0
 NO_SCHEMA = 0
 BYTES = "rover-bytes"
-"""Encoding of messages whose layout is said in rover.record.rig_step."""
+"""Encoding of messages whose layout is said in rover.record.rig_step and rover.record.device_cycle."""
 
 
 class Recording(Journal):

@@ -6,6 +6,10 @@ CAMERA_THERMAL = "/camera/thermal"
 CAMERA_FRAME = "/camera/frame"
 """Number, exposure and shutter of the picture that follows it."""
 RIG_STEP = "/rig/step"
+RIG_CYCLE = "/rig/cycle"
+"""What came over the wire of a real rover; layout: see rover.record.device_cycle."""
+CAMERA_LOST = "/camera/lost"
+"""Why no more pictures came from a real camera."""
 RIG_LOST = "/rig/lost"
 OPERATOR = "/operator"
 LINK_RECEIVED = "/link/rx"
@@ -18,5 +22,11 @@ POSE = "/pose"
 IMPORTED_WHEELS = "/import/wheels"
 IMPORTED_SONAR = "/import/sonar"
 
-FED = frozenset((CAMERA_THERMAL, CAMERA_FRAME, RIG_STEP, RIG_LOST, OPERATOR, IMPORTED_WHEELS, IMPORTED_SONAR))
+FED = frozenset(
+    (
+        *(CAMERA_THERMAL, CAMERA_FRAME, CAMERA_LOST),
+        *(RIG_STEP, RIG_CYCLE, RIG_LOST, OPERATOR),
+        *(IMPORTED_WHEELS, IMPORTED_SONAR),
+    )
+)
 """Inputs that a replay takes from the log and does not compare with it."""

@@ -73,7 +73,14 @@ def identities(result: RunResult) -> Html:
 
 
 def wall_clock(result: RunResult) -> Html:
-    """The one place with figures that differ from run to run."""
+    """The one place with figures that differ from run to run; on a real rover, how well time was kept."""
+    if result.real_time is not None:
+        kept = result.real_time
+        return paragraph(
+            f"Real time: {kept.overruns} of {kept.cycles} cycles began late, the longest took "
+            f"{1e3 * kept.longest_cycle:.0f} ms; {kept.frames_dropped} pictures were not looked at.",
+            "wall",
+        )
     if result.wall_clock is None:
         return NOTHING
     wall = result.wall_clock

@@ -145,6 +145,16 @@ class WallClock:
     speed_factor: float
 
 
+@dataclass(frozen=True)
+class RealTime:
+    """How well a mission on a real rover kept its time. longest_cycle in seconds; frames_dropped: not looked at."""
+
+    cycles: int
+    overruns: int
+    longest_cycle: float
+    frames_dropped: int
+
+
 @dataclass(frozen=True, eq=False)
 class RunResult:
     """A whole mission. status: a key of EXIT_CODES; reason: one sentence that an operator understands.
@@ -175,6 +185,7 @@ class RunResult:
     final_pose: Pose2 | None = None
     robot_radius: float = 0.15
     wall_clock: WallClock | None = None
+    real_time: RealTime | None = None
     out: str = ""
 
     @property
@@ -225,6 +236,14 @@ class RunResult:
             else {
                 "duration_s": round(self.wall_clock.duration, 2),
                 "speed_factor": round(self.wall_clock.speed_factor, 2),
+            },
+            "real_time": None
+            if self.real_time is None
+            else {
+                "cycles": self.real_time.cycles,
+                "overruns": self.real_time.overruns,
+                "longest_cycle_ms": round(self.real_time.longest_cycle * 1e3, 1),
+                "frames_dropped": self.real_time.frames_dropped,
             },
             "out": self.out,
         }

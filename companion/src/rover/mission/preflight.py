@@ -1,0 +1,162 @@
+"""What must hold before a real rover may set off: one finding for each thing, said in one line.
+
+The firmware's self-test is judged more mildly than after flashing: a latch, or a fault that arming takes back, is told
+and does not keep the rover from a new mission.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from rover.capture.frame import Frame
+from rover.capture.latest import LatestFrames
+from rover.errors import LinkLost, PreflightFailed, RoverError
+from rover.link.clock import WallClock
+from rover.link.frames import FrameTransport
+from rover.link.inquiry import Told, listen
+from rover.link.self_test import Finding, self_test
+from rover.link.session import Link
+from rover.mission.config import Mission
+from rover.vision.camera import CameraModel
+
+READY = ("Boot", "Disarmed", "Latched")
+TAKEN_BACK = ("DeadMan", "SonarGuard", "Stall", "Underrun", "Watchdog", "SchemaMismatch")
+"""Faults of the last drive, which arming ends."""
+
+FIRST_PICTURES = 4
+CAMERA_PATIENCE = 6.0
+"""Seconds for the first pictures; a Lepton takes up to three after power-on."""
+
+SLOWEST_RATE = 4.0
+"""Pictures a second below which the rover sees too little of what it drives past."""
+
+OLDEST = 0.5
+"""Seconds from exposure to here beyond which a picture is not of now."""
+
+PICTURES_A_SECOND = 9
+LINK_BYTES_A_SECOND = 100_000
+"""Of a log, telemetry and estimates: about twice what missions write."""
+
+
+class Parts(Protocol):
+    """What is open: port, camera, and the clock that both go by."""
+
+    clock: WallClock
+    wire: FrameTransport
+    camera: LatestFrames
+
+
+@dataclass(frozen=True)
+class Preflight:
+    """All findings."""
+
+    findings: tuple[Finding, ...]
+
+    def require(self) -> None:
+        """Raises PreflightFailed, naming what has failed."""
+        failed = [finding.name for finding in self.findings if not finding.ok]
+        if failed:
+            raise PreflightFailed(f"pre-flight failed: {', '.join(failed)}; nothing has moved")
+
+
+def preflight(
+    parts: Parts,
+    mission: Mission,
+    camera: CameraModel,
+    out: Path,
+    session: int,
+    on_finding: Callable[[Finding], None] = lambda _: None,
+) -> Preflight:
+    """Looks at everything, also after something has failed; `on_finding` is told each as it is known."""
+    findings: list[Finding] = []
+    checks = (
+        look_at_firmware(parts, session),
+        look_at_camera(parts, camera),
+        iter([judge_disk(shutil.disk_usage(out).free, mission.max_duration_s, camera)]),
+    )
+    for check in checks:
+        for finding in check:
+            findings.append(finding)
+            on_finding(finding)
+    return Preflight(tuple(findings))
+
+
+def look_at_firmware(parts: Parts, session: int) -> Iterator[Finding]:
+    """Handshake with its schema, then state, faults, battery, emergency stop and sonars."""
+    link = Link(parts.wire, parts.clock, session)
+    try:
+        identity = link.connect()
+        told = listen(link)
+    except (PreflightFailed, LinkLost) as error:
+        yield Finding("firmware", False, str(error))
+        return
+    yield Finding(
+        "firmware", True,
+        f"{identity.version} ({identity.git_hash}) on {identity.board}, schema {identity.schema_hash:08x}, "
+        f"{link.wire.transport.port}",
+    )  # fmt: skip
+    yield from judge_firmware(told)
+
+
+def judge_firmware(told: Told) -> list[Finding]:
+    """The self-test's findings, with state and faults judged for a rover that may have driven before."""
+    state = told.state
+    standing = [fault for fault in state.faults if fault not in TAKEN_BACK]
+    faults = ", ".join(state.faults) + (
+        "" if not state.faults else ": mend it, then switch the rover off and on" if standing else ": of the last drive"
+    )
+    judged = {
+        "state": Finding("state", state.state in READY, f"{state.state}, last stop: {state.cause}"),
+        "faults": Finding("faults", not standing, faults or "none"),
+    }
+    return [judged.get(finding.name, finding) for finding in self_test(state, told.battery, told.sonars)]
+
+
+def look_at_camera(parts: Parts, camera: CameraModel) -> Iterator[Finding]:
+    """Waits for a few pictures."""
+    taken: list[Frame] = []
+    arrived: list[float] = []
+    begin = parts.clock.now()
+    try:
+        while len(taken) < FIRST_PICTURES and parts.clock.now() - begin < CAMERA_PATIENCE:
+            taken += parts.camera.take()
+            arrived += [parts.clock.now()] * (len(taken) - len(arrived))
+            parts.clock.advance(parts.clock.now() + 0.01)
+    except RoverError as error:
+        yield Finding("camera", False, str(error))
+        return
+    ages = [at + parts.clock.origin - frame.time for at, frame in zip(arrived, taken, strict=True)]
+    yield judge_pictures(taken, ages, camera)
+
+
+def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -> Finding:
+    """`ages`: seconds from the exposure of each picture to its arrival."""
+    if len(taken) < FIRST_PICTURES:
+        return Finding("camera", False, f"{len(taken)} pictures within {CAMERA_PATIENCE:g} s")
+    width, height = taken[-1].size
+    if (width, height) != (camera.width, camera.height):
+        wanted = f"{camera.width}×{camera.height}"
+        return Finding("camera", False, f"gives {width}×{height}, the mission's {camera.name} has {wanted}")
+    if taken[-1].kelvin_per_count is None:
+        return Finding(
+            "camera", False, "gives raw counts, no temperatures: switch TLinear on"
+        )
+    span = taken[-1].time - taken[0].time
+    rate = (len(taken) - 1) / span if span > 0.0 else 0.0
+    if rate < SLOWEST_RATE:
+        return Finding("camera", False, f"{rate:.1f} pictures a second, {SLOWEST_RATE:g} are needed")
+    if not 0.0 <= min(ages) <= OLDEST:
+        return Finding("camera", False, f"its pictures are {min(ages):.2f} s old: its clock is not the system's")
+    return Finding(
+        "camera", True, f"{camera.name}, {width}×{height}, {rate:.1f} pictures a second, {min(ages) * 1e3:.0f} ms old"
+    )
+
+
+def judge_disk(free: int, duration: float, camera: CameraModel) -> Finding:
+    """Room for the log of the longest mission that the file allows; `free` in bytes, `duration` in seconds."""
+    needed = duration * (2 * camera.width * camera.height * PICTURES_A_SECOND + LINK_BYTES_A_SECOND)
+    return Finding("disk", free >= needed, f"{free / 1e6:.0f} MB free, the log may need {needed / 1e6:.0f} MB")

@@ -5,12 +5,11 @@ use std::collections::BTreeSet;
 use crate::field::Field;
 use crate::geometry::{path_length, Point};
 use crate::memory::{name_of, Memory, Name, Repair};
-use crate::mend::Mender;
 use crate::shorten::Shortening;
 use crate::tour::Leg;
 
 /// A mended leg that is longer than it was by more than this is compared with another way.
-const LONGER: f64 = 1.4;
+const LONGER: f64 = 2.0;
 /// A mended tour in any order that is longer by more than this gives up the order.
 const MUCH_LONGER: f64 = 1.3;
 
@@ -46,7 +45,7 @@ pub fn mended_tour<F: Field>(
     {
         return None;
     }
-    let mut mender = Mender::default();
+    let mender = &mut memory.mender;
     let mut legs = Vec::with_capacity(goals.len());
     let (mut at, mut from) = (start, None);
     let (mut before, mut after) = (0.0, 0.0);
@@ -54,19 +53,19 @@ pub fn mended_tour<F: Field>(
         let old = memory.legs.get(&(from, names[goal]))?;
         let ends = (at, goals[goal]);
         let mended = mender.mended(field, old, ends, settings);
-        let long = |path: &Vec<Point>| path_length(path) > LONGER * path_length(old);
-        let other = if mended.as_ref().is_none_or(long) {
-            mender.other_way(field, ends, settings, mended.is_none())
-        } else {
-            None
-        };
-        let shorter = |a: &Vec<Point>, b: &Vec<Point>| path_length(a).total_cmp(&path_length(b));
-        let Some(path) = mended.into_iter().chain(other).min_by(shorter) else {
+        let Some(mut path) = mended else {
             // No other search may spend its time on this leg again.
             memory.legs.remove(&(from, names[goal]));
             return None;
         };
-        before += path_length(old);
+        let length = path_length(old);
+        if path_length(&path) > LONGER * length {
+            let other = mender.other_way(field, ends, settings);
+            if let Some(other) = other.filter(|other| path_length(other) < path_length(&path)) {
+                path = other;
+            }
+        }
+        before += length;
         after += path_length(&path);
         legs.push(Leg { goal, path });
         (at, from) = (goals[goal], names[goal]);

@@ -20,6 +20,12 @@ pub trait Field {
         self.clearance(p) >= radius
     }
 
+    /// A lower bound of the clearance of `p`, a point of a lattice; none when a disc of `radius` does not fit there.
+    fn room(&self, p: Point, radius: f64) -> Option<f64> {
+        let least = self.clearance_at_least(p);
+        (least > radius || self.point_clear(p, radius)).then_some(least)
+    }
+
     /// True when a disc of `radius` swept from `a` to `b` touches no obstacle (bounds not looked at).
     fn sweep_clear(&self, a: Point, b: Point, radius: f64) -> bool;
 

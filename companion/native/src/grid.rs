@@ -111,10 +111,20 @@ impl Grid {
         let (left, bottom) = self.cell(Point::new(a.x.min(b.x) - radius, a.y.min(b.y) - radius));
         let (right, top) = self.cell(Point::new(a.x.max(b.x) + radius, a.y.max(b.y) + radius));
         let reach = (radius - TOUCH).max(0.0);
+        // A square lies between two discs around its centre: mostly one of them tells.
+        let (inner, outer) = (reach - TOUCH, reach + 0.7072 * self.resolution + TOUCH);
         for row in bottom..=top {
             let line = &self.blocked[row * self.columns + left..=row * self.columns + right];
             for (offset, &cell) in line.iter().enumerate() {
                 if cell != 0 {
+                    let centre = self.centre(left + offset, row);
+                    let middle = point_segment_squared(centre, a, b);
+                    if inner > 0.0 && middle < inner * inner {
+                        return false;
+                    }
+                    if middle > outer * outer {
+                        continue;
+                    }
                     let squared = self.square_distance_squared(left + offset, row, a, b);
                     // Never through the crack between two squares that share a corner, however thin the robot.
                     if squared < reach * reach || squared <= TOUCH * TOUCH {
@@ -255,6 +265,21 @@ impl Field for Grid {
                 travelled = end;
             }
         }
+    }
+
+    fn room(&self, p: Point, radius: f64) -> Option<f64> {
+        let (column, row) = self.cell(p);
+        let centre = self.centre(column, row);
+        let off = (p.x - centre.x).abs() + (p.y - centre.y).abs();
+        let near = f64::from(self.near(column, row)) * self.resolution;
+        let slack = 1e-4 * self.resolution;
+        let wall = wall_distance(self.bounds(), p);
+        // At a cell's centre the clearance is known exactly.
+        if off < slack && (near - radius).abs() > 2.0 * slack && self.tiles_suffice(radius) {
+            return (near > radius && self.inside(p, radius)).then_some(wall.min(near - slack));
+        }
+        let least = wall.min(near - distance(p, centre));
+        (least > radius || self.point_clear(p, radius)).then_some(least)
     }
 
     /// A hop along a row, a column or a diagonal leads from one cell's centre to the next: where all of them have room

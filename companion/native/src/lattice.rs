@@ -4,15 +4,22 @@
 use crate::field::Field;
 use crate::geometry::{distance, Point};
 use crate::search::paths;
+use crate::wave::Marks;
 
 pub struct Lattice {
     pub columns: usize,
     pub rows: usize,
     low: Point,
     pub spacing: f64,
-    radius: f64,
+    pub radius: f64,
     /// Per cell's centre: a lower bound of its clearance, once it has been looked up.
     room: Vec<f32>,
+    /// Cells whose room has been looked up.
+    known: Vec<u32>,
+    /// Of searches that have ended, for the next ones.
+    marks: Vec<Marks>,
+    /// What searches that found no way have seen: no edge leads out of it.
+    pub pieces: Vec<Marks>,
     /// Clearance of both ends from which on a straight and a slanting edge are clear without a look.
     open: [f32; 2],
 }
@@ -49,34 +56,69 @@ impl Lattice {
             spacing,
             radius,
             room: vec![UNKNOWN; columns * rows],
+            known: Vec::new(),
+            marks: Vec::new(),
+            pieces: Vec::new(),
             open: [open(spacing), open(std::f64::consts::SQRT_2 * spacing)],
         }
     }
 
-    /// How much room there is at a cell's centre; looked up once.
-    fn room<F: Field>(&mut self, field: &F, index: usize) -> f32 {
+    /// True when a lattice of this `spacing` over `field` is as large as this one and lies where it lies.
+    pub fn fits<F: Field>(&self, field: &F, spacing: f64, radius: f64) -> bool {
+        let (low, high) = field.bounds();
+        let columns = ((high.x - low.x) / spacing).round().max(1.0) as usize;
+        let rows = ((high.y - low.y) / spacing).round().max(1.0) as usize;
+        (columns, rows) == (self.columns, self.rows)
+            && (low, spacing, radius) == (self.low, self.spacing, self.radius)
+    }
+
+    /// For another map: nothing is known of it, only the memory is kept.
+    pub fn forget(&mut self) {
+        for index in self.known.drain(..) {
+            self.room[index as usize] = UNKNOWN;
+        }
+        for mut marks in std::mem::take(&mut self.pieces) {
+            marks.wipe();
+            self.give_marks(marks);
+        }
+    }
+
+    /// True when an earlier search has shown that none of the cells `here` leads to one of those `there`.
+    pub fn apart(&self, here: &[usize], there: &[usize]) -> bool {
+        self.pieces.iter().any(|piece| {
+            let all = |cells: &[usize], inside: bool| cells.iter().all(|&c| piece.has(c) == inside);
+            (all(here, true) && all(there, false)) || (all(here, false) && all(there, true))
+        })
+    }
+
+    /// Marks for a search, all clear.
+    pub fn take_marks(&mut self) -> Marks {
+        self.marks.pop().unwrap_or_else(|| Marks::new(self.size()))
+    }
+
+    pub fn give_marks(&mut self, marks: Marks) {
+        self.marks.push(marks);
+    }
+
+    /// How much room there is at a cell's centre, negative where the robot does not fit; looked up once.
+    pub fn room<F: Field>(&mut self, field: &F, index: usize) -> f32 {
         if self.room[index] == UNKNOWN {
-            let p = self.point(index);
-            let least = field.clearance_at_least(p);
-            let fits = least > self.radius || field.point_clear(p, self.radius);
-            self.room[index] = if fits {
-                (least as f32).max(f32::MIN_POSITIVE)
-            } else {
-                SHUT
-            };
+            let room = field.room(self.point(index), self.radius);
+            self.room[index] = room.map_or(SHUT, |room| (room as f32).max(f32::MIN_POSITIVE));
+            self.known.push(index as u32);
         }
         self.room[index]
     }
 
-    /// True when the robot can go straight from one cell's centre to a neighbour's.
+    /// True when the robot can go straight from one cell's centre, where there is so much room, to a neighbour's.
     pub fn edge_clear<F: Field>(
         &mut self,
         field: &F,
-        from: usize,
+        (from, room): (usize, f32),
         to: usize,
         slanting: bool,
     ) -> bool {
-        let least = self.room(field, to).min(self.room(field, from));
+        let least = self.room(field, to).min(room);
         if least < 0.0 {
             return false;
         }
@@ -86,19 +128,32 @@ impl Lattice {
 
     /// Cells around `p` that a straight edge reaches, with its length.
     pub fn links<F: Field>(&self, field: &F, p: Point) -> Vec<(usize, f64)> {
-        let (column, row) = self.cell(p);
         let mut links = Vec::new();
-        for down in -2..=2 {
-            for across in -2..=2 {
-                if let Some(index) = self.index(column + across, row + down) {
-                    let centre = self.point(index);
-                    if field.segment_clear(p, centre, self.radius) {
-                        links.push((index, distance(p, centre)));
-                    }
-                }
+        for index in self.cells_around(p, 2) {
+            let centre = self.point(index);
+            if field.segment_clear(p, centre, self.radius) {
+                links.push((index, distance(p, centre)));
             }
         }
         links
+    }
+
+    /// The cell that holds `p`, when a straight edge reaches its centre, with that edge's length.
+    pub fn link<F: Field>(&self, field: &F, p: Point) -> Option<(usize, f64)> {
+        let (column, row) = self.cell(p);
+        let index = self.index(column, row)?;
+        let centre = self.point(index);
+        (field.segment_clear(p, centre, self.radius)).then(|| (index, distance(p, centre)))
+    }
+
+    /// The cells up to `reach` columns and rows from the one that holds `p`.
+    pub fn cells_around(&self, p: Point, reach: i64) -> Vec<usize> {
+        let (column, row) = self.cell(p);
+        let offsets =
+            (-reach..=reach).flat_map(|up| (-reach..=reach).map(move |across| (across, up)));
+        offsets
+            .filter_map(|(across, up)| self.index(column + across, row + up))
+            .collect()
     }
 
     pub fn size(&self) -> usize {
@@ -106,10 +161,22 @@ impl Lattice {
     }
 
     pub fn point(&self, index: usize) -> Point {
+        let (column, row) = self.place(index);
+        self.at(column, row)
+    }
+
+    /// The centre of the cell in this column and row.
+    pub fn at(&self, column: i64, row: i64) -> Point {
         Point::new(
-            self.low.x + ((index % self.columns) as f64 + 0.5) * self.spacing,
-            self.low.y + ((index / self.columns) as f64 + 0.5) * self.spacing,
+            self.low.x + (column as f64 + 0.5) * self.spacing,
+            self.low.y + (row as f64 + 0.5) * self.spacing,
         )
+    }
+
+    /// Column and row of a cell.
+    pub fn place(&self, index: usize) -> (i64, i64) {
+        let (index, columns) = (index as u32, self.columns as u32);
+        (i64::from(index % columns), i64::from(index / columns))
     }
 
     fn cell(&self, p: Point) -> (i64, i64) {
@@ -121,22 +188,16 @@ impl Lattice {
         )
     }
 
-    fn index(&self, column: i64, row: i64) -> Option<usize> {
+    pub fn index(&self, column: i64, row: i64) -> Option<usize> {
         (column >= 0 && row >= 0 && column < self.columns as i64 && row < self.rows as i64)
             .then(|| row as usize * self.columns + column as usize)
     }
 
-    /// The eight neighbours of a cell, in the order of `NEIGHBOURS`; beyond the edge there is none.
-    pub fn around(&self, index: usize) -> [Option<usize>; 8] {
-        let (column, row) = (index % self.columns, index / self.columns);
-        let inner = column > 0 && row > 0 && column + 1 < self.columns && row + 1 < self.rows;
-        NEIGHBOURS.map(|(across, up)| {
-            if inner {
-                Some((index as i64 + across + up * self.columns as i64) as usize)
-            } else {
-                self.index(column as i64 + across, row as i64 + up)
-            }
-        })
+    /// The neighbours of a cell, in the order of `NEIGHBOURS`.
+    fn around(&self, index: usize) -> impl Iterator<Item = usize> + use<'_> {
+        let (column, row) = self.place(index);
+        let beside = NEIGHBOURS.into_iter();
+        beside.filter_map(move |(across, up)| self.index(column + across, row + up))
     }
 
     /// False when `goal` certainly can't be reached: a flood from there over every cell that could hold any position
@@ -160,7 +221,7 @@ impl Lattice {
             if at == start || count > most {
                 return true;
             }
-            for next in self.around(at).into_iter().flatten() {
+            for next in self.around(at) {
                 if !flooded[next] && field.may_hold(self.point(next), least) {
                     flooded[next] = true;
                     pending.push(next);

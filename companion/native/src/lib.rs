@@ -28,6 +28,7 @@ mod tour;
 mod transform;
 mod tree;
 mod views;
+mod wave;
 
 use pyo3::prelude::*;
 

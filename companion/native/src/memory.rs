@@ -40,6 +40,7 @@ pub struct Memory {
     /// The goals as they were visited last.
     pub order: Vec<Name>,
     pub repair: Repair,
+    pub mender: Mender,
 }
 
 impl Memory {
@@ -51,6 +52,7 @@ impl Memory {
             legs: BTreeMap::new(),
             order: Vec::new(),
             repair: Repair::default(),
+            mender: Mender::default(),
         }
     }
 
@@ -98,7 +100,7 @@ impl Memory {
         goals: &[Point],
         shortening: Shortening,
     ) {
-        let mut mender = Mender::default();
+        let mut mender = std::mem::take(&mut self.mender);
         let mut names: Vec<Name> = vec![None];
         names.extend(goals.iter().map(|&goal| name_of(goal)));
         let mut tried: BTreeSet<(Name, Name)> = BTreeSet::new();
@@ -113,7 +115,9 @@ impl Memory {
                 let to = names.iter().position(|&name| name == key.1)?;
                 (lost(from) != lost(to) && !tried.contains(&key)).then_some((key, from, to))
             });
-            let Some((key, from, to)) = next else { return };
+            let Some((key, from, to)) = next else {
+                break;
+            };
             tried.insert(key);
             let at = |stop: usize| if stop == 0 { start } else { goals[stop - 1] };
             let ends = (at(from), at(to));
@@ -137,6 +141,7 @@ impl Memory {
                 self.legs.insert(key, path);
             }
         }
+        self.mender = mender;
     }
 
     /// Drops legs to goals that are no longer asked for.

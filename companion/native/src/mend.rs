@@ -1,16 +1,22 @@
-//! An old leg made valid on a changed map: what stands in obstacles is left out, gaps are bridged where they are, and
-//! only what is new is pulled taut.
-
-use std::cell::Cell;
+//! An old leg made valid on a changed map: gaps are bridged where they are, from the last point that still holds to the
+//! old line beyond, and only what is new is pulled taut.
 
 use crate::field::Field;
-use crate::geometry::Point;
-use crate::lattice::{Lattice, POCKET};
-use crate::search;
+use crate::geometry::{distance, Point};
+use crate::lattice::Lattice;
+use crate::search::{self, Stop};
 use crate::shorten::{self, Shortening};
 
-/// Thousands of cells that one bridge may look at, on the coarse lattice and, only to a leg's end, on the fine one.
-const BRIDGE_SEARCH: [u32; 2] = [2, 8];
+/// What a metre of the old line is worth that is not driven twice. At its full worth, all of a straight line would be
+/// searched from at once.
+const WORTH: f64 = 0.3;
+/// Growth of the distance from one point at which a bridge may end to the next.
+const FARTHER: f64 = 1.25;
+/// Vertices on either side of what is new that are pulled taut with it.
+const BESIDE: usize = 2;
+
+/// Cells of a lattice above which its memory is not kept for the next map.
+const KEPT: usize = 2_000_000;
 
 /// The lattices that bridges are searched on, made when they are needed, and what mending did.
 #[derive(Default)]
@@ -22,8 +28,29 @@ pub struct Mender {
     pub bridges: usize,
 }
 
+/// A leg as far as it has been mended, and which of its stretches are new.
+struct Mended {
+    path: Vec<Point>,
+    new: Vec<(usize, usize)>,
+}
+
 impl Mender {
-    /// `old` from `from` to `to` again; none where a gap has no way around near by.
+    /// Makes ready for another map: what is known of the last one is forgotten, the memory it took is kept.
+    pub fn begin<F: Field>(&mut self, field: &F, radius: f64) {
+        let lattices = std::mem::take(&mut self.lattices);
+        *self = Self::default();
+        let spacings = field.lattice_spacings(radius);
+        let ends = [spacings[0], spacings[spacings.len() - 1]];
+        for (level, (lattice, spacing)) in lattices.into_iter().zip(ends).enumerate() {
+            self.lattices[level] = lattice
+                .filter(|lattice| lattice.size() <= KEPT && lattice.fits(field, spacing, radius));
+            if let Some(lattice) = &mut self.lattices[level] {
+                lattice.forget();
+            }
+        }
+    }
+
+    /// `old` from `from` to `to` again; none where a gap has no way around.
     pub fn mended<F: Field>(
         &mut self,
         field: &F,
@@ -31,99 +58,206 @@ impl Mender {
         (from, to): (Point, Point),
         settings: Shortening,
     ) -> Option<Vec<Point>> {
-        let radius = settings.radius;
         let moved = old.first() != Some(&from) || old.last() != Some(&to);
-        let mut path = vec![from];
         let inner = old.iter().filter(|&&p| p != from && p != to);
-        for &next in inner.chain([&to]) {
-            let at = path[path.len() - 1];
-            if next != to && !field.point_clear(next, radius) {
-                self.dropped += 1;
-                continue;
-            }
-            if field.segment_clear(at, next, radius) {
+        let line: Vec<Point> = [&from]
+            .into_iter()
+            .chain(inner)
+            .chain([&to])
+            .copied()
+            .collect();
+        let mut leg = Mended {
+            path: vec![from],
+            new: Vec::new(),
+        };
+        let mut next = 1;
+        while next < line.len() {
+            if field.segment_clear(leg.path[leg.path.len() - 1], line[next], settings.radius) {
                 self.kept += 1;
-                path.push(next);
-                continue;
+                leg.path.push(line[next]);
+                next += 1;
+            } else {
+                let after = self.bridge(field, &mut leg, &line, next, settings.radius)?;
+                self.bridges += 1;
+                self.dropped += after - next;
+                next = after;
             }
-            let Some(bridge) = self.bridge(field, at, next, radius, next == to) else {
-                // What lies in a pocket that has closed is left out; the next point may be met again.
-                if next == to {
-                    return None;
-                }
-                self.dropped += 1;
-                continue;
-            };
-            self.kept += 1;
-            self.bridges += 1;
-            let window = path.len().saturating_sub(2);
-            let mut patch = path.split_off(window);
-            patch.extend(bridge.into_iter().skip(1));
-            shorten::settle(field, &mut patch, settings, 2);
-            path.extend(patch);
         }
         if moved {
-            shorten::settle(field, &mut path, settings, 2);
+            shorten::settle(field, &mut leg.path, settings, 2);
         } else {
+            leg.pull_taut(field, settings);
             // Ground that has become free lets some points go.
-            shorten::skip_vertices(field, &mut path, radius);
+            shorten::skip_vertices(field, &mut leg.path, settings.radius);
         }
-        Some(path)
+        Some(leg.path)
     }
 
+    /// Leads `leg` around what blocks the way to vertex `next` of the old line, back onto that line; the number of the
+    /// vertex that comes then.
     fn bridge<F: Field>(
         &mut self,
         field: &F,
-        from: Point,
-        to: Point,
+        leg: &mut Mended,
+        line: &[Point],
+        next: usize,
         radius: f64,
-        last: bool,
-    ) -> Option<Vec<Point>> {
+    ) -> Option<usize> {
         let spacings = field.lattice_spacings(radius);
-        let ends = [spacings[0], spacings[spacings.len() - 1]];
-        let first = usize::from(spacings.len() == 1);
-        let count = if last { 2 } else { first + 1 };
-        for (level, &spacing) in ends.iter().enumerate().take(count).skip(first) {
-            let lattice =
-                self.lattices[level].get_or_insert_with(|| Lattice::new(field, spacing, radius));
-            let looked = Cell::new(0u32);
-            let enough = || {
-                looked.set(looked.get() + 1);
-                looked.get() > BRIDGE_SEARCH[level]
-            };
-            let found = search::paths(lattice, field, from, &[to], enough);
-            if let Some(path) = found.into_iter().next().flatten() {
-                return Some(path);
-            }
-        }
-        None
+        let (coarse, fine) = (spacings[0], spacings[spacings.len() - 1]);
+        let brink = brink(
+            field,
+            leg.path[leg.path.len() - 1],
+            line[next],
+            radius,
+            0.5 * fine,
+        );
+        let ahead = ahead(field, brink, line, next, radius, 2.0 * coarse);
+        let behind = leg.behind(brink, 2.0 * coarse);
+        let levels = usize::from(spacings.len() == 1)..2;
+        let joint = levels.into_iter().find_map(|level| {
+            let lattice = self.lattice(field, level, radius);
+            search::joint(lattice, field, &behind, &ahead)
+        });
+        let (out, back, way) = joint?;
+        leg.leave(&behind[out], way, ahead[back].p);
+        Some(ahead[back].next)
     }
 
-    /// A leg on the coarse lattice, for when mending does not help; on the fine one when it is the only hope, unless
-    /// its end turns out to lie in a small closed pocket.
+    /// A leg on the coarse lattice, for when mending makes it long.
     pub fn other_way<F: Field>(
         &mut self,
         field: &F,
         (from, to): (Point, Point),
         settings: Shortening,
-        only_hope: bool,
     ) -> Option<Vec<Point>> {
-        let spacings = field.lattice_spacings(settings.radius);
-        let ends = [spacings[0], spacings[spacings.len() - 1]];
-        let first = usize::from(spacings.len() == 1);
-        let count = if only_hope { 2 } else { first + 1 };
-        for (level, &spacing) in ends.iter().enumerate().take(count).skip(first) {
-            let lattice = self.lattices[level]
-                .get_or_insert_with(|| Lattice::new(field, spacing, settings.radius));
-            if level == 1 && !lattice.possible(field, from, to, POCKET) {
-                return None;
-            }
-            let found = search::paths(lattice, field, from, &[to], || false);
-            if let Some(mut path) = found.into_iter().next().flatten() {
-                shorten::settle(field, &mut path, settings, 2);
-                return Some(path);
+        let level = usize::from(field.lattice_spacings(settings.radius).len() == 1);
+        let lattice = self.lattice(field, level, settings.radius);
+        let found = search::paths(lattice, field, from, &[to], || false);
+        let mut path = found.into_iter().next().flatten()?;
+        shorten::settle(field, &mut path, settings, 2);
+        Some(path)
+    }
+
+    fn lattice<F: Field>(&mut self, field: &F, level: usize, radius: f64) -> &mut Lattice {
+        let spacings = field.lattice_spacings(radius);
+        let spacing = [spacings[0], spacings[spacings.len() - 1]][level];
+        self.lattices[level].get_or_insert_with(|| Lattice::new(field, spacing, radius))
+    }
+}
+
+impl Mended {
+    /// Points along the path so far, backwards from `brink`, each with the number of vertices before it.
+    fn behind(&self, brink: Point, step: f64) -> Vec<Stop> {
+        let mut stops = vec![Stop {
+            p: brink,
+            cost: 0.0,
+            next: self.path.len(),
+        }];
+        let back = (0..self.path.len()).rev();
+        along(
+            brink,
+            back.map(|i| (self.path[i], i + 1)),
+            step,
+            |p, cost, next| {
+                stops.push(Stop { p, cost, next });
+            },
+        );
+        stops
+    }
+
+    /// Goes on from a sample of the path over `way` to `to`.
+    fn leave(&mut self, from: &Stop, way: Vec<Point>, to: Point) {
+        self.path.truncate(from.next);
+        self.new.retain(|&(first, _)| first < from.next);
+        let first = from.next.saturating_sub(1);
+        self.path
+            .extend([from.p].into_iter().chain(way).chain([to]));
+        self.new.push((first, self.path.len() - 1));
+    }
+
+    /// Settles the stretches that are new.
+    fn pull_taut<F: Field>(&mut self, field: &F, settings: Shortening) {
+        let mut stretches: Vec<(usize, usize)> = Vec::new();
+        for &(first, last) in &self.new {
+            let first = first.saturating_sub(BESIDE);
+            let last = (last + BESIDE).min(self.path.len() - 1);
+            match stretches.last_mut() {
+                Some(before) if first <= before.1 => before.1 = last.max(before.1),
+                _ => stretches.push((first, last)),
             }
         }
-        None
+        for (first, last) in stretches.into_iter().rev() {
+            let mut patch = self.path[first..=last].to_vec();
+            shorten::settle(field, &mut patch, settings, 2);
+            self.path.splice(first..=last, patch);
+        }
+    }
+}
+
+/// The last point on the way from `from` to `to` up to which the way is clear, about.
+fn brink<F: Field>(field: &F, from: Point, to: Point, radius: f64, precision: f64) -> Point {
+    let length = distance(from, to);
+    let (mut clear, mut blocked) = (0.0, length);
+    while blocked - clear > precision {
+        let middle = 0.5 * (clear + blocked);
+        if field.segment_clear(from, from.towards(to, middle / length), radius) {
+            clear = middle;
+        } else {
+            blocked = middle;
+        }
+    }
+    from.towards(to, clear / length)
+}
+
+/// Points of the old line from `brink` on, beyond the first in which the robot does not fit, each with the number of the
+/// vertex that comes next; the line's end is always among them, as the last.
+fn ahead<F: Field>(
+    field: &F,
+    brink: Point,
+    line: &[Point],
+    next: usize,
+    radius: f64,
+    step: f64,
+) -> Vec<Stop> {
+    let mut stops = Vec::new();
+    let mut blocked = false;
+    let last = line.len() - 1;
+    along(
+        brink,
+        (next..last + 1).map(|i| (line[i], i)),
+        step,
+        |p, cost, next| {
+            blocked = blocked || !field.point_clear(p, radius);
+            if blocked || p == line[last] {
+                stops.push(Stop { p, cost, next });
+            }
+        },
+    );
+    stops
+}
+
+/// Visits points on a line from `from` over its `vertices`, each `step` after the one before at first and farther and
+/// farther on, with what they cost and the number beside the vertex that comes next; the last vertex is the last.
+fn along(
+    from: Point,
+    vertices: impl ExactSizeIterator<Item = (Point, usize)>,
+    mut step: f64,
+    mut visit: impl FnMut(Point, f64, usize),
+) {
+    let (mut at, mut begun, mut due) = (from, 0.0, step);
+    let count = vertices.len();
+    for (vertex, (to, number)) in vertices.enumerate() {
+        let length = distance(at, to);
+        while due < begun + length {
+            visit(at.towards(to, (due - begun) / length), -WORTH * due, number);
+            step *= FARTHER;
+            due += step;
+        }
+        begun += length;
+        if vertex + 1 == count {
+            visit(to, -WORTH * begun, number);
+        }
+        at = to;
     }
 }

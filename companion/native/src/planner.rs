@@ -119,6 +119,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         return outcome;
     };
     memory.repair = Repair::default();
+    memory.mender.begin(field, request.radius);
     let kept = if request.algorithm == Algorithm::MultiGoal {
         let any = request.any_order;
         again::mended_tour(field, memory, entry, &request.goals, any, shortening)

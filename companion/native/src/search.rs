@@ -1,53 +1,12 @@
-//! Shortest ways over a lattice: A* to one goal, Dijkstra's search to several at once.
-//!
-//! Cells wait in buckets one spacing wide (Dial 1969): no edge is shorter than that, so order within a bucket does not
-//! matter to Dijkstra's search; to A* it costs a few cells that are looked at twice.
+//! Shortest ways over a lattice: A* to one goal, Dijkstra's search to several at once, and short ways between two lines,
+//! searched from both.
 
 use std::collections::BTreeMap;
 
 use crate::field::Field;
-use crate::geometry::{distance, Point};
-use crate::lattice::{Lattice, NEIGHBOURS};
-
-/// What a search remembers of a cell: not met, met from the start itself, or through which neighbour's step.
-const UNSEEN: u8 = 0;
-const ENTRY: u8 = 1;
-const FIRST_DIRECTION: u8 = 2;
-/// Set beside these where a goal can be entered from.
-const END: u8 = 0x80;
-
-/// Cells waiting to be looked at, with their cost when they were put in.
-struct Queue {
-    buckets: Vec<Vec<(f64, u32)>>,
-    width: f64,
-    at: usize,
-}
-
-impl Queue {
-    fn push(&mut self, key: f64, cost: f64, index: usize) {
-        let bucket = ((key / self.width) as usize).max(self.at);
-        if bucket >= self.buckets.len() {
-            self.buckets.resize_with(bucket + 1, Vec::new);
-        }
-        self.buckets[bucket].push((cost, index as u32));
-    }
-
-    fn pop(&mut self) -> Option<(f64, usize)> {
-        while self.at < self.buckets.len() {
-            if let Some((cost, index)) = self.buckets[self.at].pop() {
-                return Some((cost, index as usize));
-            }
-            self.buckets[self.at] = Vec::new();
-            self.at += 1;
-        }
-        None
-    }
-
-    /// No key still waiting is smaller.
-    fn least(&self) -> f64 {
-        self.at as f64 * self.width
-    }
-}
+use crate::geometry::Point;
+use crate::lattice::Lattice;
+use crate::wave::{octile, Wave};
 
 /// The way from `start` to each goal, with exact edges; none where the lattice has none. `late` is asked now and
 /// then whether to give up.
@@ -58,86 +17,153 @@ pub fn paths<F: Field>(
     goals: &[Point],
     late: impl Fn() -> bool,
 ) -> Vec<Option<Vec<Point>>> {
-    let ahead = |p: Point| match goals {
-        [goal] => distance(p, *goal),
-        _ => 0.0,
+    let (towards, least) = match goals {
+        [goal] => (Some(*goal), octile(start, *goal)),
+        _ => (None, 0.0),
     };
-    // Zeroed pages cost nothing until they are touched: of a large map mostly few are.
-    let mut cost = vec![0.0f64; lattice.size()];
-    let mut state = vec![UNSEEN; lattice.size()];
-    let mut queue = Queue {
-        buckets: Vec::new(),
-        width: lattice.spacing,
-        at: 0,
-    };
+    let mut wave = Wave::new(lattice, towards, least);
     for (index, length) in lattice.links(field, start) {
-        cost[index] = length;
-        state[index] = ENTRY;
-        queue.push(length + ahead(lattice.point(index)), length, index);
+        wave.enter(lattice, index, length);
     }
     let mut ends: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for (goal, &p) in goals.iter().enumerate() {
         for (index, length) in lattice.links(field, p) {
             ends.entry(index).or_default().push((goal, length));
-            state[index] |= END;
+            wave.end_at(index);
         }
     }
     let mut best = vec![(f64::INFINITY, usize::MAX); goals.len()];
     let mut farthest = f64::INFINITY;
-    let mut expanded = 0usize;
-    let spans = [lattice.spacing, std::f64::consts::SQRT_2 * lattice.spacing];
-    while let Some((here_cost, index)) = queue.pop() {
-        if queue.least() >= farthest {
+    let mut looked = 0usize;
+    while let Some((cost, index)) = wave.next() {
+        if wave.least() >= farthest {
             break;
         }
-        if here_cost > cost[index] {
-            continue;
+        looked += 1;
+        if looked.is_multiple_of(1024) && late() {
+            best.fill((f64::INFINITY, usize::MAX));
+            break;
         }
-        expanded += 1;
-        if expanded.is_multiple_of(1024) && late() {
-            return vec![None; goals.len()];
-        }
-        if state[index] & END != 0 {
+        if wave.ends_at(index) {
             for &(goal, length) in &ends[&index] {
-                if here_cost + length < best[goal].0 {
-                    best[goal] = (here_cost + length, index);
+                if cost + length < best[goal].0 {
+                    best[goal] = (cost + length, index);
                 }
             }
             farthest = best.iter().fold(0.0, |most, &(length, _)| most.max(length));
         }
-        for (direction, next) in lattice.around(index).into_iter().enumerate() {
-            let Some(next) = next else {
-                continue;
-            };
-            let slanting = direction >= 4;
-            let new = here_cost + spans[usize::from(slanting)];
-            let known = state[next];
-            if (known & !END == UNSEEN || new < cost[next] - 1e-12)
-                && lattice.edge_clear(field, index, next, slanting)
-            {
-                cost[next] = new;
-                state[next] = (known & END) | (FIRST_DIRECTION + direction as u8);
-                queue.push(new + ahead(lattice.point(next)), new, next);
-            }
-        }
+        wave.spread(lattice, field, cost, index);
     }
-    best.iter()
+    let way = |end: usize, goal: Point| {
+        let inner = corners(lattice, wave.trace(lattice, end));
+        [start].into_iter().chain(inner).chain([goal]).collect()
+    };
+    let found = best
+        .iter()
         .zip(goals)
-        .map(|(&(_, end), &goal)| {
-            (end != usize::MAX).then(|| trace(lattice, &state, start, end, goal))
-        })
+        .map(|(&(_, end), &goal)| (end != usize::MAX).then(|| way(end, goal)))
+        .collect();
+    wave.end(lattice);
+    found
+}
+
+/// The ends of a way over cells, and where it turns.
+fn corners(lattice: &Lattice, cells: Vec<usize>) -> Vec<Point> {
+    let step = |index: usize| cells[index + 1] as i64 - cells[index] as i64;
+    let last = cells.len() - 1;
+    (0..=last)
+        .filter(|&index| index == 0 || index == last || step(index) != step(index - 1))
+        .map(|index| lattice.point(cells[index]))
         .collect()
 }
 
-fn trace(lattice: &Lattice, state: &[u8], start: Point, end: usize, goal: Point) -> Vec<Point> {
-    let mut path = vec![goal, lattice.point(end)];
-    let mut at = end;
-    while state[at] & !END != ENTRY {
-        let (across, up) = NEIGHBOURS[((state[at] & !END) - FIRST_DIRECTION) as usize];
-        at = (at as i64 - across - up * lattice.columns as i64) as usize;
-        path.push(lattice.point(at));
+/// A point of a line between which and another line a way is looked for.
+pub struct Stop {
+    pub p: Point,
+    /// What leaving or entering the line there costs beside other places.
+    pub cost: f64,
+    /// The number of the line's vertex that comes after it.
+    pub next: usize,
+}
+
+/// From the source and to the target of these numbers, with what lies between.
+pub type Joint = (usize, usize, Vec<Point>);
+
+/// A way with exact edges from one of the stops `behind` to one of those `ahead`: two searches head for each other, and
+/// the first way on which they meet is taken. None where one of them has seen all that it can reach: that is known when
+/// the smaller side is exhausted.
+pub fn joint<F: Field>(
+    lattice: &mut Lattice,
+    field: &F,
+    behind: &[Stop],
+    ahead: &[Stop],
+) -> Option<Joint> {
+    let sides = [behind, ahead];
+    let mut entries = [BTreeMap::new(), BTreeMap::new()];
+    let mut waves = [0, 1].map(|side| {
+        let radius = lattice.radius;
+        let others = sides[1 - side];
+        let near = others.iter().find(|stop| field.point_clear(stop.p, radius));
+        let towards = near.unwrap_or(&others[0]).p;
+        let least = (sides[side].iter())
+            .map(|stop| stop.cost + octile(stop.p, towards))
+            .fold(f64::INFINITY, f64::min);
+        let mut wave = Wave::new(lattice, Some(towards), least);
+        for (number, stop) in sides[side].iter().enumerate() {
+            let links = if number == 0 || number + 1 == sides[side].len() {
+                lattice.links(field, stop.p)
+            } else {
+                lattice.link(field, stop.p).into_iter().collect()
+            };
+            for (index, length) in links {
+                if wave.enter(lattice, index, stop.cost + length) {
+                    entries[side].insert(index, number);
+                }
+            }
+        }
+        wave
+    });
+    let [here, there] = [0, 1].map(|side| entries[side].keys().copied().collect::<Vec<_>>());
+    let (met, exhausted) = if lattice.apart(&here, &there) {
+        (None, None)
+    } else {
+        match meeting(lattice, field, &mut waves) {
+            Ok(cell) => (Some(cell), None),
+            Err(side) => (None, Some(side)),
+        }
+    };
+    let found = met.map(|cell| {
+        let [out, back] = [0, 1].map(|side| waves[side].trace(lattice, cell));
+        let (source, target) = (entries[0][&out[0]], entries[1][&back[0]]);
+        let cells: Vec<usize> = out
+            .into_iter()
+            .chain(back.into_iter().rev().skip(1))
+            .collect();
+        (source, target, corners(lattice, cells))
+    });
+    for (side, wave) in waves.into_iter().enumerate() {
+        if exhausted == Some(side) {
+            wave.end_as_piece(lattice);
+        } else {
+            wave.end(lattice);
+        }
     }
-    path.push(start);
-    path.reverse();
-    path
+    found
+}
+
+/// The first cell on which two searches meet, or which of them has nowhere left to go.
+fn meeting<F: Field>(
+    lattice: &mut Lattice,
+    field: &F,
+    waves: &mut [Wave; 2],
+) -> Result<usize, usize> {
+    loop {
+        for side in [0, 1] {
+            let (cost, index) = waves[side].next().ok_or(side)?;
+            if waves[1 - side].has(index) {
+                return Ok(index);
+            }
+            waves[side].spread(lattice, field, cost, index);
+        }
+    }
 }

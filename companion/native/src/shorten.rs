@@ -109,6 +109,11 @@ fn push_distinct(path: &mut Vec<Point>, p: Point) {
     }
 }
 
+/// Share of its edges' length that a vertex must be able to save to be looked at.
+const LEAST_GAIN: f64 = 1e-5;
+/// Share of the way to its target by which a vertex is moved at least.
+const LEAST_MOVE: f64 = 1.0 / 128.0;
+
 /// Pulls every vertex inward as far as both of its edges stay clear.
 pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) -> f64 {
     let radius = settings.radius;
@@ -119,20 +124,26 @@ pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) 
         }
         let (before, at, after) = (path[index - 1], path[index], path[index + 1]);
         let (back, ahead) = (distance(before, at), distance(at, after));
-        if back + ahead <= 0.0 {
+        if back + ahead - distance(before, after) <= LEAST_GAIN * (back + ahead) {
             continue;
         }
         let chord = before.towards(after, back / (back + ahead));
         for target in [chord, before, after] {
             let old = distance(before, path[index]) + distance(path[index], after);
-            let mut clear = 0.0;
-            let mut blocked = 1.0;
-            for _ in 0..7 {
-                let middle = 0.5 * (clear + blocked);
-                let moved = path[index].towards(target, middle);
-                if field.segment_clear(before, moved, radius)
+            let free = |fraction: f64| {
+                let moved = path[index].towards(target, fraction);
+                field.segment_clear(before, moved, radius)
                     && field.segment_clear(moved, after, radius)
-                {
+            };
+            // Most vertices of a short path are taut already: the least move says so.
+            if !free(LEAST_MOVE) {
+                continue;
+            }
+            let mut clear = LEAST_MOVE;
+            let mut blocked = 1.0;
+            while blocked - clear > LEAST_MOVE {
+                let middle = 0.5 * (clear + blocked);
+                if free(middle) {
                     clear = middle;
                 } else {
                     blocked = middle;
@@ -140,7 +151,7 @@ pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) 
             }
             let moved = path[index].towards(target, clear);
             let new = distance(before, moved) + distance(moved, after);
-            if clear > 0.0 && new < old - 1e-9 {
+            if new < old - 1e-9 {
                 path[index] = moved;
                 gained += old - new;
             }

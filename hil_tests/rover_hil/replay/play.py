@@ -14,6 +14,7 @@ from rover.errors import BadInput, RoverError
 from rover.mission.loop import Control, MissionLoop
 from rover.mission.origin import origin_of, restore_mission
 from rover.mission.perception import Perception
+from rover.mission.run import DEVICE
 from rover.mission.survey import Survey
 from rover.record.comparison import Comparison, Differs, RecordingOver
 from rover.record.difference import Difference
@@ -28,6 +29,7 @@ from rover_hil.replay.estimators import IMPORTED, replay_estimators
 from rover_hil.replay.firmware import Compared, FirmwareReplay
 from rover_hil.replay.pace import Pace
 from rover_hil.replay.parameters import write_parameter_file
+from rover_hil.replay.recorded_device import RecordedDevice
 from rover_hil.replay.recorded_rig import RecordedOperator, RecordedRig, RecordedWorld
 
 NOT_BUILD = ("mission", "seed", "rig", "transport", "baud", "cycle_s", "camera", "mission_hash")
@@ -117,13 +119,6 @@ def replay(
             return Replayed(
                 path, rig, frames, None, Compared(comparison.messages, comparison.difference), build, log.cut
             )
-        part: FirmwarePart
-        if port is None:
-            part = _firmware_part(rig, origin, changes.parameters, scratch, log)
-        elif changes.parameters:
-            raise BadInput("--set: only on --rig sitl")
-        else:
-            part = _Nobody()
         control = Control()
         operator = RecordedOperator(log, control)
 
@@ -132,6 +127,21 @@ def replay(
             on_time(now_us * 1e-6)
             operator.act(now_us)
 
+        if origin["rig"] == DEVICE:
+            if port is not None or changes.parameters:
+                raise BadInput(f"{path}: recorded on a real rover: what entered its firmware is not in the log")
+            device = RecordedDevice(log, on_arrival)
+            survey = Survey(mission, Vehicle(), perception, seed)
+            _drive(MissionLoop(survey, device, comparison, None, control, seed), comparison)
+            companion = Compared(comparison.messages, comparison.difference)
+            return Replayed(path, rig, device.frames_fed, None, companion, build, log.cut)
+        part: FirmwarePart
+        if port is None:
+            part = _firmware_part(rig, origin, changes.parameters, scratch, log)
+        elif changes.parameters:
+            raise BadInput("--set: only on --rig sitl")
+        else:
+            part = _Nobody()
         recorded = RecordedRig(log, part.feed)
         try:
             world = RecordedWorld(recorded, log, on_arrival, scratch)

@@ -19,7 +19,7 @@ from rover.link.session import Link
 from rover.mission.survey import Orders, Outcome, Survey
 from rover.mission.track import Track
 from rover.record.journal import Journal
-from rover.record.topics import FIX, OPERATOR, PLACES, RIG_LOST, SEGMENTS
+from rover.record.topics import FIX, OPERATOR, PLACES, RIG_LOST, SEGMENTS, VERDICT_ASKED
 
 CYCLE = 0.02
 STATUS_PERIOD = 0.5
@@ -128,6 +128,7 @@ class MissionLoop:
             {"id": place.id, "class": place.kind, "x": place.x, "y": place.y}
             for place in self.survey.perception.indications
         ]
+        self.journal.event(VERDICT_ASKED, self.rig.now(), {"zones": zones, "detections": detections})
         try:
             return self.rig.finish(zones, detections)
         except LinkLost:

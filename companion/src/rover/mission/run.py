@@ -9,6 +9,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -64,7 +65,12 @@ class _Prepared:
     def drive(self, rig: MissionRig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
         """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
         run = MissionLoop(self.survey, rig, recording, self.on_status, self.control, self.seed)
-        run.drive()
+        try:
+            run.drive()
+        except BaseException:  # a full disk, a mistake of ours: nobody plans for the rover from here on
+            with suppress(Exception):
+                run.link.stop()
+            raise
         referee = run.judge()
         recording.identify("firmware", _firmware(run.link.identity))
         return run, referee

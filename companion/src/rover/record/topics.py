@@ -19,14 +19,17 @@ PLACES = "/detection/places"
 FIX = "/localization/fix"
 POSE = "/pose"
 
+VERDICT_ASKED = "/referee/asked"
+"""Zones as they were, version by version, and what was reported: all that a referee needs besides the truth."""
+
 IMPORTED_WHEELS = "/import/wheels"
 IMPORTED_SONAR = "/import/sonar"
 
 FED = frozenset(
     (
         *(CAMERA_THERMAL, CAMERA_FRAME, CAMERA_LOST),
-        *(RIG_STEP, RIG_CYCLE, RIG_LOST, OPERATOR),
+        *(RIG_STEP, RIG_CYCLE, RIG_LOST, OPERATOR, VERDICT_ASKED),
         *(IMPORTED_WHEELS, IMPORTED_SONAR),
     )
 )
-"""Inputs that a replay takes from the log and does not compare with it."""
+"""Inputs that a replay takes from the log, and what lies behind its end: not compared."""

@@ -10,11 +10,14 @@ import pytest
 from rover.capture.picture import read_picture
 from rover.vision.homography import apply_homography
 from rover.vision.registration import (
+    PAPER_EPSILON,
     Registration,
     RegistrationSettings,
     find_features,
+    prepare,
     register,
     register_features,
+    register_prepared,
     rmse,
 )
 from thermal_scene import texture
@@ -48,6 +51,31 @@ def test_a_turned_scaled_and_tilted_picture_is_found_again() -> None:
     assert found.rmse_after is not None
     assert found.rmse_before is not None
     assert found.rmse_after < 2.0 < 50.0 < found.rmse_before
+    assert found.keypoints[0] >= found.matches >= found.clustered >= found.inliers == len(found.points_a)
+
+
+def test_the_papers_clustering_by_position_can_be_chosen() -> None:
+    picture = scene(1)
+    truth = np.vstack((cv2.getRotationMatrix2D((400, 320), 25.0, 0.9), [0, 0, 1]))
+    moved = cv2.warpPerspective(picture, truth, (800, 640))
+    found = register(picture, moved, RegistrationSettings(cluster="position", epsilon=PAPER_EPSILON))
+    assert corner_error(found, truth, picture.shape) < 1.0
+
+
+def test_grass_that_moves_between_the_pictures_does_not_hide_the_ground_below() -> None:
+    picture = scene(1)
+    truth = np.array([[0.8, 0.0, 90.0], [0.0, 0.8, 40.0], [0.0, 0.0, 1.0]])
+    x, y = np.meshgrid(np.arange(800, dtype=np.float32), np.arange(640, dtype=np.float32))
+    sway = np.random.default_rng(2).normal(0.0, 1.0, (2, 640, 800)).astype(np.float32)
+    aside = [cv2.GaussianBlur(s, (0, 0), 8.0) for s in sway]
+    aside = [s / s.std() * 6.0 for s in aside]
+    moved = cv2.warpPerspective(cv2.remap(picture, x + aside[0], y + aside[1], cv2.INTER_LINEAR), truth, (800, 640))
+    settings = RegistrationSettings()
+    a, b = prepare(picture, settings), prepare(moved, settings)
+    assert register_features(a.features, b.features, a.sharp.shape, b.sharp.shape, settings).status == "failed"
+    found = register_prepared(a, b, settings)
+    assert corner_error(found, truth, picture.shape) < 6.0
+    assert found.agreement >= settings.coarse_agreement
     assert found.keypoints[0] >= found.matches >= found.clustered >= found.inliers == len(found.points_a)
 
 

@@ -61,6 +61,26 @@ def refine_homography(
     return refined
 
 
+def refine_from_afar(
+    picture_a: NDArray[np.uint8],
+    picture_b: NDArray[np.uint8],
+    homography: Points,
+    settings: RefineSettings,
+    halvings: int = 2,
+) -> Points:
+    """As `refine_homography`, from a guess that is off by more: first in pictures halved, so that only what is large
+    in them counts. In full pictures the windows would fit bricks and blades of grass to their neighbours.
+    """
+    if halvings > 0:
+        half_a, half_b = cv2.pyrDown(picture_a), cv2.pyrDown(picture_b)
+        halve = np.diag((0.5, 0.5, 1.0))
+        guess = halve @ homography @ np.linalg.inv(halve)
+        refined = refine_from_afar(half_a, half_b, guess / guess[2, 2], settings, halvings - 1)
+        homography = np.linalg.inv(halve) @ refined @ halve
+        homography = homography / homography[2, 2]
+    return refine_homography(picture_a, picture_b, homography, settings)
+
+
 def fit_homography(start: Points, end: Points, scale_px: float, iterations: int = 12) -> Points | None:
     """The homography (3, 3) near the identity that takes `start` (N, 2) to `end` (N, 2), N ≥ 4, in a robust sense.
 

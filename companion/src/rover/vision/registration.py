@@ -8,6 +8,7 @@ where it lays one on the other.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -17,22 +18,34 @@ from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
 from rover.vision.homography import apply_homography
 from rover.vision.matching import MatchSettings, match_features
+from rover.vision.plausible import impossible, overlap
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
-from rover.vision.refine import RefineSettings, refine_homography
+from rover.vision.refine import RefineSettings, refine_from_afar, refine_homography
 from rover.vision.verify import agreement
 
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
+Cluster = Literal["displacement", "position"]
+
+PAPER_EPSILON = EPSILON_PX / 320.0
+"""The paper's ε as a share of its picture's width; it clusters by position."""
 
 
 @dataclass(frozen=True)
 class RegistrationSettings:
-    """inlier_px: how far a match may lie from where the homography puts it.
+    """cluster: DBSCAN on matches by position and displacement, or by position in each picture as in the paper.
+
+    epsilon: of DBSCAN, a share of the picture's width; min_points: its core points.
+    inlier_px: how far a match may lie from where the homography puts it.
 
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
     min_kept: share of the inliers that must still agree after the refinement; with fewer it is not used.
     min_overlap: share of A that must lie in B: beyond, the homography is a guess. min_agreement: see `agreement`.
+    coarse: of the way by a similarity: how far a match may lie from where it is put, a share of B's width;
+    coarse_inliers: matches that must agree so far, coarse_kept: with the refined homography, to `inlier_px`.
+    coarse_overlap, coarse_agreement: what it takes to believe it alone: share that each picture must have of the
+    other, and agreement.
     """
 
     preprocess: PreprocessSettings = field(
@@ -44,7 +57,8 @@ class RegistrationSettings:
         )
     )
     match: MatchSettings = field(default_factory=lambda: MatchSettings(max_distance=72.0, ratio=0.85))
-    epsilon: float = EPSILON_PX / 320.0
+    cluster: Cluster = "displacement"
+    epsilon: float = 40.0 / 320.0
     min_points: int = MIN_POINTS
     inlier_px: float = 3.0
     min_inliers: int = 14
@@ -54,6 +68,11 @@ class RegistrationSettings:
     min_kept: float = 0.6
     min_overlap: float = 0.4
     min_agreement: float = 0.5
+    coarse: float = 0.0125
+    coarse_inliers: int = 10
+    coarse_kept: int = 6
+    coarse_overlap: float = 0.5
+    coarse_agreement: float = 0.45
     seed: int = 1
 
 
@@ -62,7 +81,7 @@ class Registration:
     """status: "ok" or "failed"; reason: why it failed. homography: (3, 3) from picture A to B, None when failed.
 
     keypoints: found in A and in B. clustered: matches left after DBSCAN. rmse_*_px: equation 6 on the inliers.
-    points_a, points_b: the inliers, (N, 2) pixels.
+    points_a, points_b: the inliers, (N, 2) pixels. agreement: correlation of the pictures where both show the plane.
     """
 
     status: str
@@ -76,6 +95,7 @@ class Registration:
     rmse_after: float | None = None
     points_a: Points = field(default_factory=lambda: np.empty((0, 2)))
     points_b: Points = field(default_factory=lambda: np.empty((0, 2)))
+    agreement: float = 0.0
 
 
 def rmse(a: Points, b: Points) -> float:
@@ -118,16 +138,10 @@ def confirm(
     shared = overlap(found.homography, sharp_a.shape, sharp_b.shape)
     if shared < settings.min_overlap:
         return replace(found, status="failed", reason="the pictures overlap too little", homography=None)
-    if agreement(sharp_a, sharp_b, found.homography) < settings.min_agreement:
+    correlation = agreement(sharp_a, sharp_b, found.homography)
+    if correlation < settings.min_agreement:
         return replace(found, status="failed", reason="the pictures differ where they overlap", homography=None)
-    return found
-
-
-def overlap(homography: Points, shape_a: tuple[int, ...], shape_b: tuple[int, ...]) -> float:
-    """Share of A's area that comes to lie inside B, from a grid of points."""
-    x, y = np.meshgrid(np.linspace(0, shape_a[1], 21), np.linspace(0, shape_a[0], 21))
-    there = apply_homography(homography, np.column_stack((x.ravel(), y.ravel())))
-    return float(((there >= 0.0) & (there <= (shape_b[1], shape_b[0]))).all(axis=1).mean())
+    return replace(found, agreement=correlation)
 
 
 def _refined(
@@ -159,7 +173,61 @@ def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings 
 def register_prepared(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration:
     """As `register`, from pictures prepared with the same settings."""
     found = register_features(a.features, b.features, a.sharp.shape, b.sharp.shape, settings)
-    return confirm(found, a.sharp, b.sharp, settings)
+    found = confirm(found, a.sharp, b.sharp, settings)
+    other = _by_similarity(a, b, settings)
+    if other is None or other.homography is None:
+        return found
+    forth = overlap(other.homography, a.sharp.shape, b.sharp.shape)
+    if found.homography is not None:
+        # Two ways to the same answer; the matches of one may have left all to a corner of the picture.
+        return other if forth >= settings.min_overlap and other.agreement > found.agreement else found
+    back = overlap(np.linalg.inv(other.homography), b.sharp.shape, a.sharp.shape)
+    believed = min(forth, back) >= settings.coarse_overlap and other.agreement >= settings.coarse_agreement
+    return other if believed else found
+
+
+def _by_similarity(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration | None:
+    """A similarity, made exact: parallax, blur or a change of scale leave few matches to a homography of 3 px.
+
+    A similarity needs but two matches and forgives more: it only has to bring the pictures near enough to each other
+    for the refinement. None where too few matches agree with it, or it is none that a camera can produce.
+    """
+    in_a, in_b = match_features(a.features, b.features, settings.match)
+    points_a, points_b = a.features.points[in_a], b.features.points[in_b]
+    if len(points_a) < settings.coarse_inliers:
+        return None
+    tolerance = max(settings.inlier_px, settings.coarse * b.sharp.shape[1])
+    cv2.setRNGSeed(settings.seed)
+    near, agree = cv2.estimateAffinePartial2D(
+        points_a,
+        points_b,
+        method=cv2.RANSAC,
+        ransacReprojThreshold=tolerance,
+        maxIters=3000,
+        confidence=0.999,
+    )
+    if near is None or int(agree.sum()) < settings.coarse_inliers:
+        return None
+    homography = refine_from_afar(a.sharp, b.sharp, np.vstack((near, (0.0, 0.0, 1.0))), settings.refine)
+    apart = np.linalg.norm(apply_homography(homography, points_a) - points_b, axis=1)
+    inlier = apart <= settings.inlier_px
+    if int(inlier.sum()) < settings.coarse_kept or impossible(homography, a.sharp.shape):
+        return None
+    points_a, points_b = points_a[inlier], points_b[inlier]
+    return Registration(
+        "ok",
+        "",
+        (len(a.features), len(b.features)),
+        len(in_a),
+        int((apart <= tolerance).sum()),
+        len(points_a),
+        homography,
+        rmse(points_a, points_b),
+        rmse(apply_homography(homography, points_a), points_b),
+        points_a,
+        points_b,
+        agreement(a.sharp, b.sharp, homography),
+    )
 
 
 def register_features(
@@ -174,9 +242,7 @@ def register_features(
     in_a, in_b = match_features(a, b, settings.match)
     matches = len(in_a)
     points_a, points_b = a.points[in_a], b.points[in_b]
-    grouped = (dbscan(points_a, settings.epsilon * shape_a[1], settings.min_points) != NOISE) & (
-        dbscan(points_b, settings.epsilon * shape_b[1], settings.min_points) != NOISE
-    )
+    grouped = clustered_matches(points_a / shape_a[1], points_b / shape_b[1], settings)
     points_a, points_b = points_a[grouped], points_b[grouped]
     clustered = len(points_a)
     if clustered < settings.min_inliers:
@@ -208,6 +274,14 @@ def register_features(
     )
 
 
+def clustered_matches(a: Points, b: Points, settings: RegistrationSettings) -> NDArray[np.bool_]:
+    """Which matched points (N, 2) DBSCAN does not call noise, (N,); points and epsilon in widths of their pictures."""
+    if settings.cluster == "displacement":
+        return dbscan(np.column_stack((a, b - a)), settings.epsilon, settings.min_points) != NOISE
+    apart = (dbscan(points, settings.epsilon, settings.min_points) != NOISE for points in (a, b))
+    return np.logical_and(*apart)
+
+
 def _objection(
     homography: Points,
     points_a: Points,
@@ -224,16 +298,4 @@ def _objection(
         extent = points.max(axis=0) - points.min(axis=0)
         if extent[0] * extent[1] < settings.min_spread * shape[0] * shape[1]:
             return "the agreeing matches cover too little of the picture"
-    height, width = shape_a[:2]
-    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
-    if np.any(np.column_stack((corners, np.ones(4))) @ homography[2] / homography[2, 2] < 0.1):
-        return "the horizon would lie in the picture"
-    mapped = apply_homography(homography, corners)
-    edges = np.roll(mapped, -1, axis=0) - mapped
-    turns = edges[:, 0] * np.roll(edges, -1, axis=0)[:, 1] - edges[:, 1] * np.roll(edges, -1, axis=0)[:, 0]
-    if np.any(turns <= 0.0):
-        return "the picture would be folded or mirrored"
-    area = abs(cv2.contourArea(mapped.astype(np.float32))) / (shape_a[0] * shape_a[1])
-    if not 0.05 < area < 20.0:
-        return "the picture would be scaled beyond reason"
-    return ""
+    return impossible(homography, shape_a)

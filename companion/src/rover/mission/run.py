@@ -110,6 +110,8 @@ def run_mission(
             raise BadInput(f"--camera-source {camera_source}: rig {rig} has a camera of its own")
     elif rig != DEVICE:
         raise BadInput(f"--rig {rig}: not known; there is {', '.join((*SIMULATED, DEVICE))}")
+    elif data is not None:
+        raise BadInput(f"--data {data}: lays the ground of a simulated field; a real one has its own")
     elif port is not None:
         transport = "can" if isinstance(parse_port(port), CanPort) else "serial"
     cv2.setNumThreads(1)

@@ -3,7 +3,7 @@
 
 use crate::field::Field;
 use crate::geometry::{distance, Point};
-use crate::search::paths;
+use crate::search::{self, Stop};
 use crate::wave::Marks;
 
 pub struct Lattice {
@@ -200,89 +200,67 @@ impl Lattice {
         beside.filter_map(move |(across, up)| self.index(column + across, row + up))
     }
 
-    /// False when `goal` certainly can't be reached: a flood from there over every cell that could hold any position
-    /// of the robot at all ends without the start. True when it gets there, or has not ended after `most` cells.
-    pub fn possible<F: Field>(&self, field: &F, start: Point, goal: Point, most: usize) -> bool {
-        let of = |p: Point| {
+    /// False when `goal` certainly can't be reached: of two floods, from there and from `start`, over every cell that
+    /// could hold any position of the robot at all, one ends without meeting the other.
+    pub fn possible<F: Field>(&self, field: &F, start: Point, goal: Point) -> bool {
+        let ends = [start, goal].map(|p| {
             let (column, row) = self.cell(p);
             self.index(column, row)
-        };
-        let (Some(start), Some(goal)) = (of(start), of(goal)) else {
+        });
+        let [Some(start), Some(goal)] = ends else {
             return false;
         };
+        if start == goal {
+            return true;
+        }
         // Clearance is 1-Lipschitz: no point of a cell has more than its centre's plus the half diagonal.
         let least = self.radius - 0.7072 * self.spacing;
-        let mut flooded = vec![false; self.size()];
-        let mut pending = vec![goal];
-        let mut count = 0usize;
-        flooded[goal] = true;
-        while let Some(at) = pending.pop() {
-            count += 1;
-            if at == start || count > most {
-                return true;
-            }
-            for next in self.around(at) {
-                if !flooded[next] && field.may_hold(self.point(next), least) {
-                    flooded[next] = true;
-                    pending.push(next);
+        let mut flooded = vec![0u8; self.size()];
+        let mut pending = [vec![start], vec![goal]];
+        (flooded[start], flooded[goal]) = (1, 2);
+        loop {
+            for side in [0, 1] {
+                let Some(at) = pending[side].pop() else {
+                    return false;
+                };
+                let (own, other) = (side as u8 + 1, 2 - side as u8);
+                for next in self.around(at) {
+                    if flooded[next] == other {
+                        return true;
+                    }
+                    if flooded[next] == 0 && field.may_hold(self.point(next), least) {
+                        flooded[next] = own;
+                        pending[side].push(next);
+                    }
                 }
             }
         }
-        false
     }
 }
 
-/// Cells of a map on which even a coarse search takes longer than looking for closed pockets around the goals.
-const LARGE: usize = 1_000_000;
-/// Cells of a pocket that is looked for before the finest search.
-pub const POCKET: usize = 20_000;
-
-/// What the lattices know about the way to each goal: `Err(true)` stands for none found though it may exist, and
+/// What the lattices know about the way to a goal: `Err(true)` stands for none found though it may exist, and
 /// `Err(false)` for proof that there is none. Coarse lattices first; only the finest one's flood proves anything.
-/// The coarsest comes along for further searches.
-pub fn ways<F: Field>(
+pub fn way<F: Field>(
     field: &F,
     start: Point,
-    goals: &[Point],
+    goal: Point,
     radius: f64,
-) -> (Vec<Result<Vec<Point>, bool>>, Option<Lattice>) {
-    let mut coarsest = None;
-    let mut found: Vec<Result<Vec<Point>, bool>> = vec![Err(true); goals.len()];
+) -> Result<Vec<Point>, bool> {
     let spacings = field.lattice_spacings(radius);
-    let fine = Lattice::new(field, spacings[spacings.len() - 1], radius);
-    if fine.size() > LARGE {
-        for (found, &goal) in found.iter_mut().zip(goals) {
-            *found = Err(fine.possible(field, start, goal, POCKET));
-        }
-    }
-    for (level, &spacing) in spacings.iter().enumerate() {
+    let ends = [start, goal].map(|p| Stop {
+        p,
+        cost: 0.0,
+        next: 0,
+    });
+    for &spacing in &spacings {
         let mut lattice = Lattice::new(field, spacing, radius);
-        let mut open: Vec<usize> = (0..goals.len())
-            .filter(|&g| found[g] == Err(true))
-            .collect();
-        let finest = level + 1 == spacings.len();
-        if finest {
-            open.retain(|&goal| {
-                let possible = lattice.possible(field, start, goals[goal], POCKET);
-                found[goal] = Err(possible);
-                possible
-            });
+        let (behind, ahead) = ends.split_at(1);
+        if let Some((_, _, mut way)) = search::joint(&mut lattice, field, behind, ahead) {
+            way.insert(0, start);
+            way.push(goal);
+            return Ok(way);
         }
-        if open.is_empty() {
-            continue;
-        }
-        let asked: Vec<Point> = open.iter().map(|&g| goals[g]).collect();
-        for (goal, way) in open
-            .into_iter()
-            .zip(paths(&mut lattice, field, start, &asked, || false))
-        {
-            if let Some(way) = way {
-                found[goal] = Ok(way);
-            } else if finest {
-                found[goal] = Err(lattice.possible(field, start, goals[goal], usize::MAX));
-            }
-        }
-        coarsest.get_or_insert(lattice);
     }
-    (found, coarsest)
+    let fine = Lattice::new(field, spacings[spacings.len() - 1], radius);
+    Err(fine.possible(field, start, goal))
 }

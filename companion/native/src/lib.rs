@@ -10,6 +10,7 @@ mod escape;
 mod field;
 mod geometry;
 mod grid;
+mod hang;
 mod lattice;
 mod memory;
 mod mend;

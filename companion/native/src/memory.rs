@@ -8,7 +8,7 @@ use crate::geometry::{distance, distance_squared, Point};
 use crate::mend::Mender;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
-use crate::shorten::{self, Shortening};
+use crate::shorten::Shortening;
 use crate::tree::{Tree, ROOT};
 
 /// Nodes beyond which looking through the old tree costs more than growing a new one.
@@ -150,25 +150,12 @@ impl Memory {
         self.legs.retain(|(from, to), _| asked(from) && asked(to));
     }
 
-    /// Keeps the tree; `ways` are those that only the lattice found, per goal.
-    pub fn keep_tree<F: Field>(
-        &mut self,
-        field: &F,
-        grown: Grown,
-        goals: &[Point],
-        ways: Vec<(usize, Vec<Point>)>,
-        shortening: Shortening,
-    ) {
-        let mut tree = grown.tree;
+    /// Keeps the tree.
+    pub fn keep_tree(&mut self, grown: Grown, goals: &[Point]) {
         self.goals = (0..goals.len())
             .filter_map(|goal| grown.reached[goal].map(|node| (goals[goal], node)))
             .collect();
-        for (goal, mut way) in ways {
-            shorten::settle(field, &mut way, shortening, 1);
-            let end = way.iter().skip(1).fold(0, |node, &p| tree.add(p, node));
-            self.goals.push((goals[goal], end));
-        }
-        self.tree = Some(tree);
+        self.tree = Some(grown.tree);
     }
 }
 

@@ -7,6 +7,7 @@ use crate::budget::Budget;
 use crate::escape;
 use crate::field::Field;
 use crate::geometry::{distance, Point};
+use crate::hang;
 use crate::lattice;
 use crate::memory::{name_of, Memory, Repair};
 use crate::order;
@@ -185,14 +186,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
     }
     memory.forget_other_goals(&request.goals);
     if let Some(grown) = stops.grown {
-        let lattices = stops
-            .visits
-            .iter()
-            .zip(stops.ways)
-            .filter(|&(&goal, _)| grown.reached[goal].is_none())
-            .map(|(&goal, way)| (goal, way))
-            .collect();
-        memory.keep_tree(field, grown, &request.goals, lattices, shortening);
+        memory.keep_tree(grown, &request.goals);
     }
     for leg in &tour.legs {
         let goal = |p: Point| (p != entry).then(|| name_of(p)).flatten();
@@ -246,46 +240,20 @@ fn one_tree<F: Field>(
     let whole = budget.capped(FIRST_TRY);
     grown.grow(field, goals, &wanted, growth, random, budget);
     budget.restore(whole);
-    let mut ways: Vec<Option<Vec<Point>>> = (0..goals.len())
-        .map(|goal| grown.reached[goal].map(|node| grown.tree.path_to(node)))
-        .collect();
-    let missing = |ways: &[Option<Vec<Point>>], wanted: &[bool]| -> Vec<usize> {
-        (0..goals.len())
-            .filter(|&goal| wanted[goal] && ways[goal].is_none())
-            .collect()
-    };
-    let open = missing(&ways, &wanted);
-    let mut coarse = None;
-    if !open.is_empty() {
-        let asked: Vec<Point> = open.iter().map(|&goal| goals[goal]).collect();
-        let (known, lattice) = lattice::ways(field, start, &asked, growth.radius);
-        coarse = lattice;
-        for (goal, known) in open.into_iter().zip(known) {
-            match known {
-                Ok(way) => ways[goal] = Some(way),
-                Err(possible) => wanted[goal] = possible,
-            }
-        }
-        let still: Vec<bool> = (0..goals.len())
-            .map(|goal| wanted[goal] && ways[goal].is_none())
-            .collect();
-        let whole = budget.capped(DOUBT);
-        grown.grow(field, goals, &still, growth, random, budget);
-        budget.restore(whole);
-        for goal in missing(&ways, &wanted) {
-            ways[goal] = grown.reached[goal].map(|node| grown.tree.path_to(node));
-        }
-    }
+    let lattice = hang::hang(field, &mut grown, goals, &mut wanted, growth.radius);
+    let whole = budget.capped(DOUBT);
+    grown.grow(field, goals, &wanted, growth, random, budget);
+    budget.restore(whole);
     let visits: Vec<usize> = (0..goals.len())
-        .filter(|&goal| ways[goal].is_some())
+        .filter(|&goal| grown.reached[goal].is_some())
         .collect();
     Stops {
         start,
         visits,
-        ways: ways.into_iter().flatten().collect(),
+        ways: Vec::new(),
         nodes: grown.tree.points.len(),
         grown: Some(grown),
-        lattice: coarse,
+        lattice,
     }
 }
 
@@ -366,7 +334,7 @@ fn single<F: Field>(
             return (path, nodes);
         }
         if known.is_none() {
-            known = lattice::ways(field, start, &goals, growth.radius).0.pop();
+            known = Some(lattice::way(field, start, goal, growth.radius));
             if known == Some(Err(false)) {
                 break;
             }

@@ -21,7 +21,7 @@ pub struct Stops {
     pub start: Point,
     /// Goals with a way, in the order in which they were asked for or, staged, visited.
     pub visits: Vec<usize>,
-    /// Per visit: the way from the start (one tree) or from the visit before (staged).
+    /// Staged: per visit the way from the visit before.
     pub ways: Vec<Vec<Point>>,
     /// The one tree; none when the search was staged.
     pub grown: Option<Grown>,
@@ -358,22 +358,12 @@ fn straight(stops: &[Point]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// A valid way between two stops (0 is the start): through the tree, or back to the start and out again.
+/// A valid way through the tree between two stops (0 is the start).
 fn raw_leg(stops: &Stops, grown: &Grown, from: usize, to: usize) -> Vec<Point> {
     let node = |stop: usize| match stop {
-        0 => Some(0),
-        stop => grown.reached[stops.visits[stop - 1]],
+        0 => 0,
+        // Only goals that the tree has reached are visited.
+        stop => grown.reached[stops.visits[stop - 1]].unwrap_or(0),
     };
-    if let (Some(a), Some(b)) = (node(from), node(to)) {
-        return grown.tree.path_between(a, b);
-    }
-    let way = |stop: usize| match stop {
-        0 => std::slice::from_ref(&stops.start),
-        stop => &stops.ways[stop - 1][..],
-    };
-    let (back, out) = (way(from), way(to));
-    let shared = back.iter().zip(out).take_while(|(a, b)| a == b).count();
-    let mut path: Vec<Point> = back[shared.max(1) - 1..].iter().rev().copied().collect();
-    path.extend_from_slice(&out[shared..]);
-    path
+    grown.tree.path_between(node(from), node(to))
 }

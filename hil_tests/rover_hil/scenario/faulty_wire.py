@@ -10,8 +10,9 @@ import heapq
 from collections.abc import Callable
 from typing import Protocol
 
-from rover.link.frames import Counters, Frame, FrameTransport
+from rover.link.frames import Frame, FrameTransport
 from rover.link.transport import Chunk, LockstepTransport, Mark
+from rover.link.wire_around import WireAround
 from rover_protocol import framing
 
 from rover_hil.scenario.probe import Probe
@@ -129,12 +130,12 @@ class FaultyLine:
             self._inbox.append((self._host_time(time), data))
 
 
-class FaultyBus(FrameTransport):
+class FaultyBus(WireAround):
     """A CAN bus."""
 
     def __init__(self, inner: FrameTransport, announce: Callable[[list[Mark]], None], faults: WireFaults, probe: Probe,
                  host_time: HostTime) -> None:  # fmt: skip
-        self._inner = inner
+        super().__init__(inner)
         self._announce = announce
         self._faults = faults
         self._probe = probe
@@ -143,42 +144,17 @@ class FaultyBus(FrameTransport):
         self._late: list[tuple[float, int, Packet]] = []
         self._order = 0
         self._now = 0.0
-        self.port = inner.port
         self.lead = inner.lead
-        self.time_step = inner.time_step
         self.last_heard = None
 
     @property
     def host_bytes(self) -> int:
         """See FaultyWire."""
-        return self._inner.bytes_written
-
-    @property
-    def bytes_written(self) -> int:
-        """See FrameTransport."""
-        return self._inner.bytes_written
-
-    @property
-    def bytes_read(self) -> int:
-        """See FrameTransport."""
-        return self._inner.bytes_read
-
-    @property
-    def counters(self) -> Counters:
-        """See FrameTransport."""
-        return self._inner.counters
+        return self.inner.bytes_written
 
     def announce(self, marks: list[Mark]) -> None:
         """See FaultyWire."""
         self._announce(marks)
-
-    def wire_bytes(self, payload: int) -> float:
-        """See FrameTransport."""
-        return self._inner.wire_bytes(payload)
-
-    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """See FrameTransport."""
-        return self._inner.wire_times(request, reply)
 
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""
@@ -198,7 +174,7 @@ class FaultyBus(FrameTransport):
         """See FaultyWire."""
         self._now = now
         self._send_due()
-        for frame in self._inner.receive():
+        for frame in self.inner.receive():
             self._probe.take(frame.time, frame.identifier, frame.payload)
             for identifier, payload in self._faults.frames((frame.identifier, frame.payload), FROM_FIRMWARE):
                 self._inbox.append(Frame(self._host_time(frame.time), identifier, payload))
@@ -208,10 +184,6 @@ class FaultyBus(FrameTransport):
         at = self._host_time(now)
         self._inbox = [Frame(at, frame.identifier, frame.payload) for frame in self._inbox]
 
-    def close(self) -> None:
-        """See FaultyWire."""
-        self._inner.close()
-
     def _send_due(self) -> None:
         while self._late and self._late[0][0] <= self._now + 1e-9:
-            self._inner.send(*heapq.heappop(self._late)[2])
+            self.inner.send(*heapq.heappop(self._late)[2])

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rover.link.frames import Counters, Frame, FrameTransport, SerialFrames
+from rover.link.frames import Frame, FrameTransport, SerialFrames
 from rover.link.port import CAN_FRAME_BITS
 from rover.link.transport import Chunk, Transport
+from rover.link.wire_around import WireAround
 
 OVERTAKEN_BY = 3
 """Frames that pass one that is reordered."""
@@ -111,7 +112,7 @@ class _Direction:
         return sorted(ready, key=lambda each: (each.due, each.behind, -each.number))
 
 
-class DisturbedFrames(FrameTransport):
+class DisturbedFrames(WireAround):
     """A transport of frames that loses, doubles, delays and reorders them, and makes their times unsteady.
 
     The jitter of a frame that is sent lies before the moment at which it reaches the wire: the sender's stamp, which
@@ -121,8 +122,7 @@ class DisturbedFrames(FrameTransport):
     def __init__(
         self, inner: FrameTransport, disturbance: Disturbance, now: Callable[[], float], rng: np.random.Generator
     ) -> None:
-        self.inner = inner
-        self.port, self.time_step = inner.port, inner.time_step
+        super().__init__(inner)
         self.last_heard = None
         self.lead = inner.lead
         self.dropped = 0
@@ -131,29 +131,6 @@ class DisturbedFrames(FrameTransport):
         self._now = now
         self._rng = rng
         self._out, self._in = _Direction(), _Direction()
-
-    @property
-    def bytes_written(self) -> int:
-        """Of the port."""
-        return self.inner.bytes_written
-
-    @property
-    def bytes_read(self) -> int:
-        """Of the port."""
-        return self.inner.bytes_read
-
-    @property
-    def counters(self) -> Counters:
-        """Of the port."""
-        return self.inner.counters
-
-    def wire_bytes(self, payload: int) -> float:
-        """Of the port."""
-        return self.inner.wire_bytes(payload)
-
-    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """Of the port: what is added here is the delay that the session has to cope with."""
-        return self.inner.wire_times(request, reply)
 
     def send(self, identifier: int, payload: bytes) -> None:
         """Sends one frame, perhaps."""
@@ -170,10 +147,6 @@ class DisturbedFrames(FrameTransport):
         if frames:
             self.last_heard = frames[-1].time
         return frames
-
-    def close(self) -> None:
-        """Lets the port go; what is on its way is lost."""
-        self.inner.close()
 
     def _send_due(self) -> None:
         for each in self._out.take(self._now()):

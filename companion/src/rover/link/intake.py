@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from rover.errors import LinkLost
-from rover.link.frames import Counters, Frame, FrameTransport, SerialFrames
+from rover.link.frames import Frame, FrameTransport, SerialFrames
 from rover.link.transport import Chunk, Transport
+from rover.link.wire_around import WireAround
 
 
 @dataclass
@@ -79,16 +80,15 @@ class TappedBytes:
         self._inner.close()
 
 
-class TappedWire(FrameTransport):
+class TappedWire(WireAround):
     """A wire whose input is noted in the cycle; what was received before it was made is none of its business."""
 
     def __init__(self, inner: FrameTransport, timed: Timed) -> None:
         self._serial = isinstance(inner, SerialFrames)
-        self._inner = inner
-        if isinstance(inner, SerialFrames):  # a new decoder begins where the mission does, as a replay's does
-            self._inner = SerialFrames(TappedBytes(inner.bytes, timed), inner.sequence)
         self._timed = timed
-        self.port, self.time_step = inner.port, inner.time_step
+        if isinstance(inner, SerialFrames):  # a new decoder begins where the mission does, as a replay's does
+            inner = SerialFrames(TappedBytes(inner.bytes, timed), inner.sequence)
+        super().__init__(inner)
 
     @property
     def lead(self) -> float:  # type: ignore[override]
@@ -100,35 +100,12 @@ class TappedWire(FrameTransport):
     @property
     def last_heard(self) -> float | None:  # type: ignore[override]
         """See FrameTransport."""
-        return self._inner.last_heard
-
-    @property
-    def bytes_written(self) -> int:
-        """See FrameTransport."""
-        return self._inner.bytes_written
-
-    @property
-    def bytes_read(self) -> int:
-        """See FrameTransport."""
-        return self._inner.bytes_read
-
-    @property
-    def counters(self) -> Counters:
-        """See FrameTransport."""
-        return self._inner.counters
-
-    def wire_bytes(self, payload: int) -> float:
-        """See FrameTransport."""
-        return self._inner.wire_bytes(payload)
-
-    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """See FrameTransport."""
-        return self._inner.wire_times(request, reply)
+        return self.inner.last_heard
 
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""
         try:
-            self._inner.send(identifier, payload)
+            self.inner.send(identifier, payload)
         except LinkLost as error:
             self._timed.cycle.failed, self._timed.cycle.why = "send", str(error)
             raise
@@ -137,14 +114,10 @@ class TappedWire(FrameTransport):
     def receive(self) -> list[Frame]:
         """See FrameTransport."""
         try:
-            frames = self._inner.receive()
+            frames = self.inner.receive()
         except LinkLost as error:
             self._timed.cycle.failed, self._timed.cycle.why = "receive", str(error)
             raise
         if not self._serial:
             self._timed.cycle.frames += frames
         return frames
-
-    def close(self) -> None:
-        """See FrameTransport."""
-        self._inner.close()

@@ -1,0 +1,40 @@
+"""A wire around another one: everything is the inner one's, but for what a subclass does differently."""
+
+from __future__ import annotations
+
+from rover.link.frames import Counters, FrameTransport
+
+
+class WireAround(FrameTransport):
+    """Hands its figures on; `send` and `receive` are the subclass's."""
+
+    def __init__(self, inner: FrameTransport) -> None:
+        self.inner = inner
+        self.port, self.time_step = inner.port, inner.time_step
+
+    @property
+    def bytes_written(self) -> int:
+        """Of the inner wire."""
+        return self.inner.bytes_written
+
+    @property
+    def bytes_read(self) -> int:
+        """Of the inner wire."""
+        return self.inner.bytes_read
+
+    @property
+    def counters(self) -> Counters:
+        """Of the inner wire."""
+        return self.inner.counters
+
+    def wire_bytes(self, payload: int) -> float:
+        """Of the inner wire."""
+        return self.inner.wire_bytes(payload)
+
+    def wire_times(self, request: int, reply: int) -> tuple[float, float]:
+        """Of the inner wire: a delay that is added around it is one that the session has to cope with."""
+        return self.inner.wire_times(request, reply)
+
+    def close(self) -> None:
+        """Lets the inner wire go; what is on its way is lost."""
+        self.inner.close()

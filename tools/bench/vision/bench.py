@@ -9,10 +9,10 @@ from pathlib import Path
 
 import cv2
 
-from tools.bench.vision import picture, preparation, registration, speed, tables
+from tools.bench.vision import facade, pairs, picture, preparation, registration, speed, tables
 
 SIMULATED = ("drives", "loops", "speed")
-REAL = ("registration", "unrelated", "neighbours", "clusters", "preparation")
+REAL = ("registration", "facade", "unrelated", "pairs", "clusters", "preparation")
 
 
 def main(arguments: list[str]) -> int:
@@ -28,7 +28,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--kidnaps", type=int, default=10, help="at the end of each drive")
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--pairs", type=int, default=550, help="unrelated pairs")
-    parser.add_argument("--every", type=int, default=8, help="every so many neighbours of landmines")
+    parser.add_argument("--sheets", type=Path, metavar="DIR", help="pairs: pictures of what was registered, to look at")
     parser.add_argument("--picture", type=Path, help="write the picture of docs/vision.md there, nothing else")
     options = parser.parse_args(arguments)
     wanted = options.only or list(SIMULATED + REAL)
@@ -52,19 +52,20 @@ def main(arguments: list[str]) -> int:
         if options.data is None:
             print("no real pictures: give --data DIR or ROVER_DATA", file=sys.stderr)
             return 0 if options.only is None else 2
-        _real(wanted, Path(options.data), options.pairs, options.every)
+        _real(wanted, Path(options.data), options.pairs, options.sheets)
     return 0
 
 
-def _real(wanted: list[str], data: Path, pairs: int, every: int) -> None:
+def _real(wanted: list[str], data: Path, unrelated: int, sheets: Path | None) -> None:
     if "registration" in wanted:
         print(registration.graf_table(data) + "\n")
-        print(registration.facade_table(data) + "\n")
+    if "facade" in wanted:
+        print(facade.facade_table(data) + "\n")
     if "clusters" in wanted:
         print(registration.cluster_table(data) + "\n")
     if "unrelated" in wanted:
-        print(registration.unrelated_table(data, pairs, 1) + "\n")
-    if "neighbours" in wanted:
-        print(registration.neighbours_table(data, every) + "\n")
+        print(registration.unrelated_table(data, unrelated, 1) + "\n")
+    if "pairs" in wanted:
+        print(pairs.pairs_table(data, sheets) + "\n")
     if "preparation" in wanted:
         print(preparation.preparation_table(data) + "\n")

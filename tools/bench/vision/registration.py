@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rover.vision.camera_pose import CameraPose
 from rover.vision.cluster import NOISE, dbscan
 from rover.vision.features import Features
 from rover.vision.homography import apply_homography
 from rover.vision.matching import match_features
-from rover.vision.preprocess import local_contrast
 from rover.vision.registration import RegistrationSettings, find_features, prepare, register, register_prepared
-from rover.vision.sequence import SequenceSettings, track_sequence
 
 from tools.bench.vision.plain import plain_features, plain_homography
-from tools.bench.vision.truth import WIRIS, Facade, Picture, Points, facade, graf, landmines
+from tools.bench.vision.truth import Points, facade, graf, landmines
 
 
 def corner_error(homography: Points | None, truth: Points, shape: tuple[int, ...]) -> float:
@@ -50,54 +45,6 @@ def graf_table(data: Path) -> str:
         before = f"{found.rmse_before:.1f} → {found.rmse_after:.2f}" if found.rmse_before is not None else "–"
         lines.append(f"| 1→{number} | {told} | {plain:.1f} | {found.inliers} | {before} | {spent:.0f} |")
     return "\n".join(lines)
-
-
-def facade_table(data: Path) -> str:
-    """Consecutive pairs of dunr: registered, marker transfer, equation 6; then the track against the survey."""
-    wall, settings = facade(data), RegistrationSettings()
-    every = [prepare(picture, settings) for picture in wall.pictures]
-    results = [register_prepared(a, b, settings) for a, b in itertools.pairwise(every)]
-    plain = [plain_homography(a, b) for a, b in itertools.pairwise(map(plain_features, wall.pictures))]
-    lines = ["| dunr, 25 consecutive pairs | registered | marker transfer, px: median | 90 % |", "|---|---|---|---|"]
-    for name, found in (("rover register", [r.homography for r in results]), ("plain ORB + RANSAC", plain)):
-        apart = _transfer(wall, found)
-        count = sum(h is not None for h in found)
-        lines.append(f"| {name} | {count} | {np.median(apart):.2f} | {np.percentile(apart, 90):.1f} |")
-    before = np.median([r.rmse_before for r in results if r.rmse_before is not None])
-    after = np.median([r.rmse_after for r in results if r.rmse_after is not None])
-    turned, aside, tracked = _track_errors(wall)
-    lines += [
-        "",
-        f"Equation 6 over these pairs: {before:.1f} px before, {after:.2f} px after (median); the paper: 65.7, 63.2.",
-        "",
-        f"`rover track`: {tracked} of {len(wall.pictures)} frames; relative rotation off by {np.median(turned):.2f}°, "
-        f"direction of translation by {np.median(aside):.2f}° (medians over consecutive frames).",
-    ]
-    return "\n".join(lines)
-
-
-def _transfer(wall: Facade, homographies: Sequence[Points | None]) -> list[float]:
-    apart: list[float] = []
-    for k, homography in enumerate(homographies):
-        both = sorted(set(wall.markers[k]) & set(wall.markers[k + 1]))
-        if homography is None or not both:
-            continue
-        here, there = (np.array([wall.markers[j][marker] for marker in both]) for j in (k, k + 1))
-        apart += np.linalg.norm(apply_homography(homography, here) - there, axis=1).tolist()
-    return apart
-
-
-def _track_errors(wall: Facade) -> tuple[list[float], list[float], int]:
-    found: list[CameraPose] = track_sequence(wall.pictures, WIRIS, SequenceSettings())
-    turned, aside = [], []
-    for a, b in itertools.pairwise(found):
-        step = np.linalg.inv(wall.poses[a.frame]) @ wall.poses[b.frame]
-        off = (a.rotation.T @ b.rotation).T @ step[:3, :3]
-        turned.append(float(np.degrees(np.arccos(np.clip((np.trace(off) - 1.0) / 2.0, -1.0, 1.0)))))
-        shift = a.rotation.T @ (b.position - a.position)
-        cosine = shift @ step[:3, 3] / (np.linalg.norm(shift) * np.linalg.norm(step[:3, 3]))
-        aside.append(float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))))
-    return turned, aside, len(found)
 
 
 def unrelated_table(data: Path, count: int, seed: int) -> str:
@@ -167,37 +114,3 @@ def _kept(kind: str, here: Points, there: Points) -> NDArray[np.bool_]:
     if kind.startswith("position and"):
         return dbscan(np.column_stack((here, there - here)), epsilon) != NOISE
     return (dbscan(here, epsilon) != NOISE) & (dbscan(there, epsilon) != NOISE)
-
-
-def neighbours_table(data: Path, every: int) -> str:
-    """Neighbouring pictures of one session of landmines: which are registered, as a list to be checked by eye."""
-    settings = RegistrationSettings()
-    mined = landmines(data)
-    names = list(mined)
-    follows = [
-        (a, b)
-        for a, b in itertools.pairwise(names)
-        if a.rsplit("_", 1)[0] == b.rsplit("_", 1)[0] and int(b[-4:]) == int(a[-4:]) + 1
-    ][::every]
-    found = []
-    for a, b in follows:
-        made = register(mined[a], mined[b], settings)
-        if made.homography is not None:
-            found.append((a, b, made))
-    lines = [f"{len(found)} of {len(follows)} pairs of consecutive pictures registered:", "",
-             "| A | B | inliers | equation 6, px |", "|---|---|---|---|"]  # fmt: skip
-    lines += [
-        f"| {a} | {b} | {made.inliers} | {made.rmse_before:.1f} → {made.rmse_after:.2f} |" for a, b, made in found
-    ]
-    return "\n".join(lines)
-
-
-def chessboard(a: Picture, b: Picture, homography: Points, tiles: int = 8) -> NDArray[np.uint8]:
-    """B and, in every second tile, A laid on it: edges that run on across tiles show that the homography is right."""
-    height, width = b.shape[:2]
-    laid = cv2.warpPerspective(local_contrast(a), homography, (width, height))
-    v, u = np.mgrid[0:height, 0:width]
-    mixed = local_contrast(b)
-    from_a = ((u * tiles // width + v * tiles // height) % 2 == 0) & (laid > 0)
-    mixed[from_a] = laid[from_a]
-    return mixed

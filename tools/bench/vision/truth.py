@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +20,20 @@ WIRIS = CameraModel("wiris", 640, 512, 767.128, 767.128, 312.085, 257.255, 0.0,
 """dunr's camera, from GeoCamCal-TIR.xml."""
 
 
+AXES = ("Easting (X)(m)", "Northing (Y)(m)", "Height (Z)(m)")
+
+
 @dataclass(frozen=True, eq=False)
 class Facade:
-    """dunr: pictures in order, each with its surveyed markers (id to pixel) and its pose, camera to world (4, 4)."""
+    """dunr: pictures in order, each with its surveyed markers (id to pixel) and its pose, camera to world (4, 4).
+
+    survey: where the markers lie on the wall (id to metres on the plane through all of them).
+    """
 
     pictures: list[Picture]
     markers: list[dict[str, tuple[float, float]]]
     poses: list[Points]
+    survey: dict[str, Points]
 
 
 def graf(data: Path) -> tuple[list[Picture], list[Points]]:
@@ -58,7 +66,20 @@ def facade(data: Path) -> Facade:
         [read_picture(file) for file in files],
         [seen.get(str(camera.get("id")), {}) for camera in chosen],
         [np.array((camera.findtext("transform") or "").split(), float).reshape(4, 4) for camera in chosen],
+        _on_the_wall(data / "dunr/GeomControl.csv", chunk),
     )
+
+
+def _on_the_wall(control: Path, chunk: ElementTree.Element) -> dict[str, Points]:
+    """Markers' ids to their places (2,) in the plane that fits the survey best."""
+    with control.open(encoding="utf-8-sig", newline="") as file:
+        space = {row["Point ID"]: [float(row[name]) for name in AXES] for row in csv.DictReader(file)}
+    named = {str(m.get("id")): str(m.get("label")) for m in chunk.iter("marker") if m.get("label") in space}
+    ids = sorted(named)
+    places = np.array([space[named[marker]] for marker in ids])
+    offset = places - places.mean(axis=0)
+    plane = np.linalg.svd(offset)[2][:2]
+    return dict(zip(ids, offset @ plane.T, strict=True))
 
 
 def landmines(data: Path) -> dict[str, Picture]:

@@ -56,7 +56,7 @@ fn hang_one<F: Field>(field: &F, lattice: &mut Lattice, grown: &mut Grown, goal:
     }
     nodes.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
     nodes.push(0);
-    let stop = |p: Point, next: usize| Stop { p, cost: 0.0, next };
+    let stop = |p: Point, next: usize| Stop { p, next };
     let stops: Vec<Stop> = nodes.iter().map(|&n| stop(tree.points[n], n)).collect();
     if let Some((from, _, way)) = search::joint(lattice, field, &stops, &[stop(at, 0)]) {
         let node = way

@@ -126,24 +126,17 @@ impl Lattice {
             || field.hop_clear(self.point(from), self.point(to), self.radius)
     }
 
-    /// Cells around `p` that a straight edge reaches, with its length.
-    pub fn links<F: Field>(&self, field: &F, p: Point) -> Vec<(usize, f64)> {
+    /// Cells up to `reach` columns and rows from the one that holds `p` whose centres a straight edge reaches, with its
+    /// length.
+    pub fn links<F: Field>(&self, field: &F, p: Point, reach: i64) -> Vec<(usize, f64)> {
         let mut links = Vec::new();
-        for index in self.cells_around(p, 2) {
+        for index in self.cells_around(p, reach) {
             let centre = self.point(index);
             if field.segment_clear(p, centre, self.radius) {
                 links.push((index, distance(p, centre)));
             }
         }
         links
-    }
-
-    /// The cell that holds `p`, when a straight edge reaches its centre, with that edge's length.
-    pub fn link<F: Field>(&self, field: &F, p: Point) -> Option<(usize, f64)> {
-        let (column, row) = self.cell(p);
-        let index = self.index(column, row)?;
-        let centre = self.point(index);
-        (field.segment_clear(p, centre, self.radius)).then(|| (index, distance(p, centre)))
     }
 
     /// The cells up to `reach` columns and rows from the one that holds `p`.
@@ -247,11 +240,7 @@ pub fn way<F: Field>(
     radius: f64,
 ) -> Result<Vec<Point>, bool> {
     let spacings = field.lattice_spacings(radius);
-    let ends = [start, goal].map(|p| Stop {
-        p,
-        cost: 0.0,
-        next: 0,
-    });
+    let ends = [start, goal].map(|p| Stop { p, next: 0 });
     for &spacing in &spacings {
         let mut lattice = Lattice::new(field, spacing, radius);
         let (behind, ahead) = ends.split_at(1);

@@ -7,9 +7,6 @@ use crate::lattice::Lattice;
 use crate::search::{self, Stop};
 use crate::shorten::{self, Shortening};
 
-/// What a metre of the old line is worth that is not driven twice. At its full worth, all of a straight line would be
-/// searched from at once.
-const WORTH: f64 = 0.3;
 /// Growth of the distance from one point at which a bridge may end to the next.
 const FARTHER: f64 = 1.25;
 /// Vertices on either side of what is new that are pulled taut with it.
@@ -48,6 +45,12 @@ impl Mender {
                 lattice.forget();
             }
         }
+    }
+
+    /// The coarse lattice, for bridges to come.
+    pub fn keep<F: Field>(&mut self, field: &F, lattice: Lattice) {
+        let level = usize::from(field.lattice_spacings(lattice.radius).len() == 1);
+        self.lattices[level].get_or_insert(lattice);
     }
 
     /// `old` from `from` to `to` again; none where a gap has no way around.
@@ -151,7 +154,6 @@ impl Mended {
     fn behind(&self, brink: Point, step: f64) -> Vec<Stop> {
         let mut stops = vec![Stop {
             p: brink,
-            cost: 0.0,
             next: self.path.len(),
         }];
         let back = (0..self.path.len()).rev();
@@ -159,8 +161,8 @@ impl Mended {
             brink,
             back.map(|i| (self.path[i], i + 1)),
             step,
-            |p, cost, next| {
-                stops.push(Stop { p, cost, next });
+            |p, next| {
+                stops.push(Stop { p, next });
             },
         );
         stops
@@ -189,7 +191,7 @@ impl Mended {
         }
         for (first, last) in stretches.into_iter().rev() {
             let mut patch = self.path[first..=last].to_vec();
-            shorten::settle(field, &mut patch, settings, 2);
+            shorten::settle(field, &mut patch, settings, 1);
             self.path.splice(first..=last, patch);
         }
     }
@@ -227,10 +229,10 @@ fn ahead<F: Field>(
         brink,
         (next..last + 1).map(|i| (line[i], i)),
         step,
-        |p, cost, next| {
+        |p, next| {
             blocked = blocked || !field.point_clear(p, radius);
             if blocked || p == line[last] {
-                stops.push(Stop { p, cost, next });
+                stops.push(Stop { p, next });
             }
         },
     );
@@ -238,25 +240,25 @@ fn ahead<F: Field>(
 }
 
 /// Visits points on a line from `from` over its `vertices`, each `step` after the one before at first and farther and
-/// farther on, with what they cost and the number beside the vertex that comes next; the last vertex is the last.
+/// farther on, with the number beside the vertex that comes next; the last vertex is the last.
 fn along(
     from: Point,
     vertices: impl ExactSizeIterator<Item = (Point, usize)>,
     mut step: f64,
-    mut visit: impl FnMut(Point, f64, usize),
+    mut visit: impl FnMut(Point, usize),
 ) {
     let (mut at, mut begun, mut due) = (from, 0.0, step);
     let count = vertices.len();
     for (vertex, (to, number)) in vertices.enumerate() {
         let length = distance(at, to);
         while due < begun + length {
-            visit(at.towards(to, (due - begun) / length), -WORTH * due, number);
+            visit(at.towards(to, (due - begun) / length), number);
             step *= FARTHER;
             due += step;
         }
         begun += length;
         if vertex + 1 == count {
-            visit(to, -WORTH * begun, number);
+            visit(to, number);
         }
         at = to;
     }

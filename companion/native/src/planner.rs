@@ -153,12 +153,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
     };
     let mut tour = match kept {
         Some(legs) => Tour::mended(entry, &request.goals, legs),
-        None => search.tour(
-            &mut stops,
-            &request.goals,
-            request.any_order,
-            &mut memory.legs,
-        ),
+        None => search.tour(&mut stops, &request.goals, request.any_order, memory),
     };
     if !tour.legs.is_empty() {
         outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);

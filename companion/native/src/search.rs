@@ -22,12 +22,12 @@ pub fn paths<F: Field>(
         _ => (None, 0.0),
     };
     let mut wave = Wave::new(lattice, towards, least);
-    for (index, length) in lattice.links(field, start) {
+    for (index, length) in lattice.links(field, start, 2) {
         wave.enter(lattice, index, length);
     }
     let mut ends: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for (goal, &p) in goals.iter().enumerate() {
-        for (index, length) in lattice.links(field, p) {
+        for (index, length) in lattice.links(field, p, 2) {
             ends.entry(index).or_default().push((goal, length));
             wave.end_at(index);
         }
@@ -80,8 +80,6 @@ fn corners(lattice: &Lattice, cells: Vec<usize>) -> Vec<Point> {
 /// A point of a line between which and another line a way is looked for.
 pub struct Stop {
     pub p: Point,
-    /// What leaving or entering the line there costs beside other places.
-    pub cost: f64,
     /// The number of the line's vertex that comes after it.
     pub next: usize,
 }
@@ -106,17 +104,18 @@ pub fn joint<F: Field>(
         let near = others.iter().find(|stop| field.point_clear(stop.p, radius));
         let towards = near.unwrap_or(&others[0]).p;
         let least = (sides[side].iter())
-            .map(|stop| stop.cost + octile(stop.p, towards))
+            .map(|stop| octile(stop.p, towards))
             .fold(f64::INFINITY, f64::min);
         let mut wave = Wave::new(lattice, Some(towards), least);
         for (number, stop) in sides[side].iter().enumerate() {
-            let links = if number == 0 || number + 1 == sides[side].len() {
-                lattice.links(field, stop.p)
-            } else {
-                lattice.link(field, stop.p).into_iter().collect()
+            let reach = match number {
+                0 => 1,
+                _ if number + 1 == sides[side].len() => 2,
+                _ => 0,
             };
+            let links = lattice.links(field, stop.p, reach);
             for (index, length) in links {
-                if wave.enter(lattice, index, stop.cost + length) {
+                if wave.enter(lattice, index, length) {
                     entries[side].insert(index, number);
                 }
             }

@@ -8,8 +8,7 @@ use crate::connect;
 use crate::field::Field;
 use crate::geometry::{distance, path_length, Point};
 use crate::lattice::Lattice;
-use crate::memory::{name_of, Name};
-use crate::mend::Mender;
+use crate::memory::{name_of, Memory};
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -135,13 +134,13 @@ impl<F: Field> Search<'_, F> {
 
     /// From stops to a tour: legs in order, each already short.
     ///
-    /// `kept` are legs of a plan before; they are mended where the map has changed, and take up what is found.
+    /// The legs that `memory` holds are mended where the map has changed, and take up what is found.
     pub fn tour(
         &mut self,
         stops: &mut Stops,
         goals: &[Point],
         any_order: bool,
-        kept: &mut BTreeMap<(Name, Name), Vec<Point>>,
+        memory: &mut Memory,
     ) -> Tour {
         let first = Instant::now();
         let mut tour = Tour {
@@ -163,7 +162,9 @@ impl<F: Field> Search<'_, F> {
             return tour;
         };
         let points = tour.stops.clone();
-        let mut mender = Mender::default();
+        let Memory {
+            mender, legs: kept, ..
+        } = memory;
         let name = |stop: usize| (stop > 0).then(|| name_of(points[stop])).flatten();
         let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
         let sequence = if any_order {
@@ -213,6 +214,9 @@ impl<F: Field> Search<'_, F> {
         }
         for ((from, to), path) in paths {
             kept.insert((name(from), name(to)), path);
+        }
+        if let Some(lattice) = lattice {
+            mender.keep(self.field, lattice);
         }
         tour
     }

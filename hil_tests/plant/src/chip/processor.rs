@@ -24,6 +24,7 @@ struct Chip {
     pins: Option<Py<PyAny>>,
     cycle: u64,
     instructions: u64,
+    asleep: u64,
 }
 
 /// The processor of one chip. `run_until` may call Python peripherals, and those may call everything here but
@@ -55,6 +56,7 @@ impl Processor {
             pins: None,
             cycle: 0,
             instructions: 0,
+            asleep: 0,
         };
         let signals = Rc::new(Signals::default());
         signals.reset.set(true);
@@ -91,6 +93,7 @@ impl Processor {
             pins,
             cycle: now,
             instructions,
+            asleep,
         } = &mut *chip;
         let signals = &*self.signals;
         let mut bus = Wiring {
@@ -134,6 +137,7 @@ impl Processor {
                     }
                 }
                 if core.sleep != Sleep::Awake {
+                    *asleep += limit - *now;
                     *now = limit;
                     break;
                 }
@@ -235,6 +239,12 @@ impl Processor {
     #[getter]
     fn instructions(&self) -> u64 {
         self.chip.borrow().instructions
+    }
+
+    /// Cycles slept through so far.
+    #[getter]
+    fn cycles_asleep(&self) -> u64 {
+        self.chip.borrow().asleep
     }
 }
 

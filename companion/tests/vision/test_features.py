@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.vision.cluster import dbscan
 from rover.vision.features import FeatureDetector, FeatureSettings, spread
-from rover.vision.matching import MatchSettings, hamming, mutual_matches, signs
+from rover.vision.matching import MatchSettings, hamming, hamming_by_product, mutual_matches, signs
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, remove_stripes, repair_dead_pixels
 from thermal_scene import texture
 
@@ -100,7 +100,8 @@ def test_hamming_distances_are_exact() -> None:
     rng = np.random.default_rng(2)
     a, b = rng.integers(0, 256, (17, 32), dtype=np.uint8), rng.integers(0, 256, (23, 32), dtype=np.uint8)
     expected = np.unpackbits(a[:, None] ^ b[None], axis=2).sum(axis=2)
-    np.testing.assert_array_equal(hamming(signs(a), signs(b)), expected)
+    np.testing.assert_array_equal(hamming(a, b), expected)
+    np.testing.assert_array_equal(hamming_by_product(signs(a), signs(b)), expected)
 
 
 def test_matches_are_mutual_distinct_and_allowed() -> None:

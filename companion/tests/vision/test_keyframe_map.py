@@ -51,7 +51,7 @@ def test_a_map_comes_back_from_its_file_as_it_was(first_run: tuple[Path, Keyfram
     np.testing.assert_array_equal(loaded.poses, known.poses)
     np.testing.assert_array_equal(loaded.covariance, known.covariance)
     for one, other in zip(loaded.frames, known.frames, strict=True):
-        np.testing.assert_array_equal(one.signs, other.signs)
+        np.testing.assert_array_equal(one.descriptors, other.descriptors)
         np.testing.assert_array_equal(one.ground, other.ground)
     save_map(tmp_path / "again.npz", loaded, CAMERA)
     assert (tmp_path / "again.npz").read_bytes() == (folder / FILE_NAME).read_bytes()
@@ -147,7 +147,7 @@ def test_a_flipped_bit_is_noticed_or_changes_nothing(
             noticed += 1
             continue
         np.testing.assert_array_equal(loaded.poses, first_run[1].poses)
-        np.testing.assert_array_equal(loaded.frames[-1].signs, first_run[1].frames[-1].signs)
+        np.testing.assert_array_equal(loaded.frames[-1].descriptors, first_run[1].frames[-1].descriptors)
     assert noticed > len(places) // 2
 
 

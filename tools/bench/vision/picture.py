@@ -51,7 +51,7 @@ def _matches(at: Scene, earlier: Frame, later: Frame) -> NDArray[np.uint8]:
     settings, view = LocalizerSettings(), GroundView(at.camera)
     observer = Observer(at.camera, settings.preprocess, settings.features, settings.keyframe_features)
     known, seen = observer.look(earlier), observer.look(later)
-    rows, columns = mutual_matches(hamming(seen.signs, known.signs), None, settings.placement.match)
+    rows, columns = mutual_matches(hamming(seen.descriptors, known.descriptors), None, settings.placement.match)
     found = place(seen, known, at.camera, None, PlacementSettings()).found
     chain = Preprocessor(settings.preprocess)
     laid = chain.to_8_bit(view.look(chain.clean(later.counts)))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.vision.camera import CameraModel
 from rover.vision.keyframes import Keyframe
-from rover.vision.matching import BITS, signs
+from rover.vision.matching import BITS
 
 FILE_NAME = "keyframes.npz"
 VERSION = 1
@@ -40,7 +40,6 @@ class KeyframeMap:
 
 def save_map(path: Path, known: KeyframeMap, camera: CameraModel) -> None:
     """Writes the map; the same map gives the same bytes. Raises BadInput where the file cannot be written."""
-    bits = [np.packbits(frame.signs > 0, axis=1) for frame in known.frames]
     try:
         with path.open("wb") as file:
             np.savez(
@@ -50,10 +49,10 @@ def save_map(path: Path, known: KeyframeMap, camera: CameraModel) -> None:
                 poses=known.poses,
                 covariance=known.covariance,
                 time=np.array([frame.time for frame in known.frames]),
-                features=np.array([len(frame.signs) for frame in known.frames], np.int64),
+                features=np.array([len(frame.descriptors) for frame in known.frames], np.int64),
                 ground=_joined([frame.ground for frame in known.frames], (0, 2)),
                 pixel_m=_joined([frame.pixel_m for frame in known.frames], (0,)),
-                descriptors=_joined(bits, (0, BITS // 8)).astype(np.uint8),
+                descriptors=_joined([frame.descriptors for frame in known.frames], (0, BITS // 8)).astype(np.uint8),
             )
     except OSError as error:
         raise BadInput(f"{path}: the keyframe map cannot be written: {error.strerror or error}") from error
@@ -114,7 +113,7 @@ def _unpacked(content: dict[str, NDArray[Any]]) -> KeyframeMap:
         np.split(content[name], ends) for name in ("ground", "pixel_m", "descriptors")
     )
     frames = [
-        Keyframe(ground[k], signs(descriptors[k]), pixel_m[k], float(content["time"][k])) for k in range(count)
+        Keyframe(ground[k], descriptors[k], pixel_m[k], float(content["time"][k])) for k in range(count)
     ]
     return KeyframeMap(frames, poses, content["covariance"])
 

@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.vision.camera import CameraModel
-from rover.vision.matching import BITS
+from rover.vision.matching import BITS, signs
 
 Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Keyframe:
-    """ground (N, 2): its features in base_link of its own pose; signs (N, 256): descriptors as -1 and +1;
+    """ground (N, 2): its features in base_link of its own pose; descriptors (N, 32) of these;
     pixel_m (N,): ground covered by a pixel where each was seen; time: of exposure."""
 
     ground: Points
-    signs: NDArray[np.float32]
+    descriptors: NDArray[np.uint8]
     pixel_m: Points
     time: float
 
@@ -62,14 +62,15 @@ class KeyframeStore:
     def __len__(self) -> int:
         return len(self.frames)
 
-    def votes(self, asked: NDArray[np.float32], bits: float) -> NDArray[np.intp]:
-        """How many descriptors (N, 256) of ±1 have their nearest of all in each keyframe, within `bits`; (K,)."""
+    def votes(self, asked: NDArray[np.uint8], bits: float) -> NDArray[np.intp]:
+        """How many descriptors (N, 32) have their nearest of all in each keyframe, within `bits`; (K,)."""
         # Stacked anew only when keyframes have come or gone: most frames never ask.
         if self._stacked is None or self._stacked[0] != self.frames:
-            owner = np.repeat(np.arange(len(self.frames)), [len(frame.signs) for frame in self.frames])
-            self._stacked = (list(self.frames), np.concatenate([frame.signs for frame in self.frames]), owner)
+            owner = np.repeat(np.arange(len(self.frames)), [len(frame.descriptors) for frame in self.frames])
+            everything = signs(np.concatenate([frame.descriptors for frame in self.frames]))
+            self._stacked = (list(self.frames), everything, owner)
         _, everything, owner = self._stacked
-        agreement = asked @ everything.T
+        agreement = signs(asked) @ everything.T
         nearest = agreement.argmax(axis=1)
         close = agreement[np.arange(len(asked)), nearest] >= BITS - 2.0 * bits
         return np.bincount(owner[nearest[close]], minlength=len(self.frames))

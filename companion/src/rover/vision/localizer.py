@@ -276,7 +276,7 @@ class Localizer:
             self.keyframes.drop(index)
         blur = self.settings.blur if self.settings.motion == "wheels" else self.settings.blur_alone
         self.filter.add_keyframe(np.diag(np.square(blur)))
-        self.keyframes.add(Keyframe(seen.ground, seen.signs, seen.pixel_m, time), self.filter.keyframe_poses())
+        self.keyframes.add(Keyframe(seen.ground, seen.descriptors, seen.pixel_m, time), self.filter.keyframe_poses())
         self._mark("keyframe")
 
     def _fix(self, time: float, accepted: bool, reason: str, seen: Observation, made: Placement, index: int) -> Fix:

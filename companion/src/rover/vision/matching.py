@@ -29,7 +29,18 @@ def signs(descriptors: NDArray[np.uint8]) -> NDArray[np.float32]:
     return _SIGNS[descriptors].reshape(len(descriptors), BITS)
 
 
-def hamming(signs_a: NDArray[np.float32], signs_b: NDArray[np.float32]) -> NDArray[np.float32]:
+def hamming(descriptors_a: NDArray[np.uint8], descriptors_b: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Hamming distances (N, M) of descriptors (N, 32) and (M, 32)."""
+    if not hasattr(np, "bitwise_count"):  # NumPy 1
+        return hamming_by_product(signs(descriptors_a), signs(descriptors_b))
+    words_a, words_b = (np.ascontiguousarray(d).view(np.uint64).T.copy() for d in (descriptors_a, descriptors_b))
+    total = np.zeros((len(descriptors_a), len(descriptors_b)), np.uint16)
+    for a, b in zip(words_a, words_b, strict=True):
+        total += np.bitwise_count(a[:, None] ^ b[None, :])
+    return total.astype(np.float32)
+
+
+def hamming_by_product(signs_a: NDArray[np.float32], signs_b: NDArray[np.float32]) -> NDArray[np.float32]:
     """Hamming distances (N, M) of two sets of `signs`; integers below 2^24, so float32 is exact."""
     return (np.float32(BITS) - signs_a @ signs_b.T) * np.float32(0.5)
 
@@ -51,7 +62,9 @@ def mutual_matches(
     mutual = (distances.argmin(axis=0)[best] == rows) & (value <= settings.max_distance)
     rows, best, value = rows[mutual], best[mutual], value[mutual]
     if distances.shape[1] > 1 and settings.ratio < 1.0:
-        second = np.partition(distances[rows], 1, axis=1)[:, 1]
+        others = distances[rows]
+        others[np.arange(len(rows)), best] = np.inf
+        second = others.min(axis=1)
         distinct = value <= settings.ratio * second
         rows, best = rows[distinct], best[distinct]
     return rows, best
@@ -61,4 +74,4 @@ def match_features(
     a: Features, b: Features, settings: MatchSettings
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Indices into `a` and `b` of the features that match, each other's best."""
-    return mutual_matches(hamming(signs(a.descriptors), signs(b.descriptors)), None, settings)
+    return mutual_matches(hamming(a.descriptors, b.descriptors), None, settings)

@@ -13,7 +13,6 @@ from rover.vision.camera import CameraModel
 from rover.vision.features import FeatureDetector, FeatureSettings
 from rover.vision.ground_pose import metres_per_pixel
 from rover.vision.ground_view import GroundView
-from rover.vision.matching import signs
 from rover.vision.preprocess import Preprocessor, PreprocessSettings
 
 Array = NDArray[np.float64]
@@ -27,10 +26,10 @@ def no_mark(_: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """One frame's features: ground (N, 2) in base_link, descriptors (N, 256) as ±1, metres per pixel (N,) there."""
+    """One frame's features: ground (N, 2) in base_link, descriptors (N, 32), metres per pixel (N,) there."""
 
     ground: Array
-    signs: NDArray[np.float32]
+    descriptors: NDArray[np.uint8]
     pixel_m: Array
 
     def __len__(self) -> int:
@@ -82,4 +81,4 @@ class Observer:
         features = detector.detect(self._picture, self._view.mask)
         ground = self._view.to_base(features.points)
         _, depth = self.camera.ground_to_normalized(ground)
-        return Observation(ground, signs(features.descriptors), metres_per_pixel(depth, self.camera))
+        return Observation(ground, features.descriptors, metres_per_pixel(depth, self.camera))

@@ -61,9 +61,7 @@ def place(
     mark: Mark = no_mark,
 ) -> Placement:
     """The pose from which `keyframe`'s ground looks as it was seen; area: as from `search_area`, None for anywhere."""
-    distances = hamming(seen.signs, keyframe.signs)
-    allowed = None if area is None else _near(area, seen.ground, keyframe.ground)
-    rows, columns = mutual_matches(distances, allowed, settings.match)
+    rows, columns = _matches(seen, keyframe, area, settings)
     mark("match")
     matches = len(rows)
     kept = dbscan(seen.ground[rows], settings.epsilon, settings.min_points) != NOISE
@@ -76,6 +74,19 @@ def place(
     extent = 0.0 if found is None else least_extent(seen.ground[rows][found.inliers])
     mark("pose")
     return Placement(matches, found, extent)
+
+
+def _matches(
+    seen: Observation, keyframe: Keyframe, area: tuple[Pose2, float] | None, settings: PlacementSettings
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Indices into both of the features that match; only features with any partner in reach are compared."""
+    if area is None:
+        return mutual_matches(hamming(seen.descriptors, keyframe.descriptors), None, settings.match)
+    near = _near(area, seen.ground, keyframe.ground)
+    mine, theirs = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
+    distances = hamming(seen.descriptors[mine], keyframe.descriptors[theirs])
+    rows, columns = mutual_matches(distances, near[np.ix_(mine, theirs)], settings.match)
+    return mine[rows], theirs[columns]
 
 
 def least_extent(points: Array) -> float:

@@ -43,9 +43,10 @@ class RegistrationSettings:
     min_kept: share of the inliers that must still agree after the refinement; with fewer it is not used.
     min_overlap: share of A that must lie in B: beyond, the homography is a guess. min_agreement: see `agreement`.
     coarse: of the way by a similarity: how far a match may lie from where it is put, a share of B's width;
-    coarse_inliers: matches that must agree so far, coarse_kept: with the refined homography, to `inlier_px`.
+    coarse_inliers: matches that must agree so far; coarse_rival: share of as many that may agree with something
+    else; coarse_kept: with the refined homography, to `inlier_px`.
     coarse_overlap, coarse_agreement: what it takes to believe it alone: share that each picture must have of the
-    other, and agreement.
+    other, and agreement. better: by how much its agreement must be the higher to be preferred.
     """
 
     preprocess: PreprocessSettings = field(
@@ -70,9 +71,11 @@ class RegistrationSettings:
     min_agreement: float = 0.5
     coarse: float = 0.0125
     coarse_inliers: int = 10
+    coarse_rival: float = 0.3
     coarse_kept: int = 6
     coarse_overlap: float = 0.5
     coarse_agreement: float = 0.45
+    better: float = 0.03
     seed: int = 1
 
 
@@ -179,8 +182,9 @@ def register_prepared(a: Prepared, b: Prepared, settings: RegistrationSettings) 
         return found
     forth = overlap(other.homography, a.sharp.shape, b.sharp.shape)
     if found.homography is not None:
-        # Two ways to the same answer; the matches of one may have left all to a corner of the picture.
-        return other if forth >= settings.min_overlap and other.agreement > found.agreement else found
+        # Two ways to the same answer; the matches of the first may have left all to a corner of the picture.
+        better = forth >= settings.min_overlap and other.agreement > found.agreement + settings.better
+        return other if better else found
     back = overlap(np.linalg.inv(other.homography), b.sharp.shape, a.sharp.shape)
     believed = min(forth, back) >= settings.coarse_overlap and other.agreement >= settings.coarse_agreement
     return other if believed else found
@@ -190,25 +194,19 @@ def _by_similarity(a: Prepared, b: Prepared, settings: RegistrationSettings) -> 
     """A similarity, made exact: parallax, blur or a change of scale leave few matches to a homography of 3 px.
 
     A similarity needs but two matches and forgives more: it only has to bring the pictures near enough to each other
-    for the refinement. None where too few matches agree with it, or it is none that a camera can produce.
+    for the refinement. None where too few matches agree with it, where nearly as many agree with another (of two
+    windows that look alike, which?), or where it is none that a camera can produce.
     """
     in_a, in_b = match_features(a.features, b.features, settings.match)
     points_a, points_b = a.features.points[in_a], b.features.points[in_b]
     if len(points_a) < settings.coarse_inliers:
         return None
     tolerance = max(settings.inlier_px, settings.coarse * b.sharp.shape[1])
-    cv2.setRNGSeed(settings.seed)
-    near, agree = cv2.estimateAffinePartial2D(
-        points_a,
-        points_b,
-        method=cv2.RANSAC,
-        ransacReprojThreshold=tolerance,
-        maxIters=3000,
-        confidence=0.999,
-    )
-    if near is None or int(agree.sum()) < settings.coarse_inliers:
+    near, agree = _similarity(points_a, points_b, tolerance, settings)
+    _, elsewhere = _similarity(points_a[~agree], points_b[~agree], tolerance, settings)
+    if near is None or agree.sum() < settings.coarse_inliers or elsewhere.sum() > settings.coarse_rival * agree.sum():
         return None
-    homography = refine_from_afar(a.sharp, b.sharp, np.vstack((near, (0.0, 0.0, 1.0))), settings.refine)
+    homography = refine_from_afar(a.sharp, b.sharp, near, settings.refine)
     apart = np.linalg.norm(apply_homography(homography, points_a) - points_b, axis=1)
     inlier = apart <= settings.inlier_px
     if int(inlier.sum()) < settings.coarse_kept or impossible(homography, a.sharp.shape):
@@ -228,6 +226,21 @@ def _by_similarity(a: Prepared, b: Prepared, settings: RegistrationSettings) -> 
         points_b,
         agreement(a.sharp, b.sharp, homography),
     )
+
+
+def _similarity(
+    points_a: Points, points_b: Points, tolerance: float, settings: RegistrationSettings
+) -> tuple[Points | None, NDArray[np.bool_]]:
+    """The similarity (3, 3) that most matched points (N, 2) agree with to `tolerance` pixels, and which do, (N,)."""
+    if len(points_a) < 3:
+        return None, np.zeros(len(points_a), bool)
+    cv2.setRNGSeed(settings.seed)
+    found, agree = cv2.estimateAffinePartial2D(
+        points_a, points_b, method=cv2.RANSAC, ransacReprojThreshold=tolerance, maxIters=3000, confidence=0.999
+    )
+    if found is None:
+        return None, np.zeros(len(points_a), bool)
+    return np.vstack((found, (0.0, 0.0, 1.0))), agree.ravel() > 0
 
 
 def register_features(

@@ -70,7 +70,7 @@ def propose(
     """The place that the frame shows, if the keyframes know it; poses: theirs in map, (K, 3)."""
     # Every third feature or so: they come in the order of their place in the picture.
     every = max(1, math.ceil(len(seen) / settings.voters))
-    votes = keyframes.votes(seen.signs[::every], settings.vote_bits)
+    votes = keyframes.votes(seen.descriptors[::every], settings.vote_bits)
     best: Proposal | None = None
     for index in np.argsort(-votes, kind="stable")[: settings.asked].tolist():
         made = place(seen, keyframes.frames[index], camera, None, placement, mark)

@@ -21,15 +21,8 @@ class NativeField:
         start: tuple[float, float],
         goals: NDArray[np.float64],
         algorithm: str,
-        radius: float,
         seed: int,
-        iterations: int | None,
-        budget_ms: float | None,
-        any_order: bool,
-        start_escape: float,
-        corner_cost: float,
-        step: float | None = ...,
-        bias: float | None = ...,
+        settings: dict[str, Any],
     ) -> dict[str, Any]: ...
     def multi_goal_tree(
         self,
@@ -49,14 +42,7 @@ class NativePlanner:
         field: NativeField,
         start: tuple[float, float],
         goals: NDArray[np.float64],
-        radius: float,
-        iterations: int | None,
-        budget_ms: float | None,
-        any_order: bool,
-        start_escape: float,
-        corner_cost: float,
-        step: float | None,
-        bias: float | None,
+        settings: dict[str, Any],
     ) -> dict[str, Any]: ...
 
 class Views:

@@ -40,11 +40,16 @@ impl Budget {
         }
     }
 
-    /// New limits for what follows: a total of iterations, a time since `started`.
-    pub fn improve_until(&mut self, limit: u64, started: Instant, milliseconds: Option<f64>) {
-        self.limit = limit;
+    /// From now on time ends so many `milliseconds` after `started`, if that is said.
+    pub fn end_after(&mut self, started: Instant, milliseconds: Option<f64>) {
         self.deadline =
             milliseconds.map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, 1e9) * 1e-3));
+        self.expired = self.late();
+    }
+
+    /// A new total of iterations for what follows.
+    pub fn improve_until(&mut self, limit: u64) {
+        self.limit = limit;
         self.expired = self.late();
     }
 

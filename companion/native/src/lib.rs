@@ -19,6 +19,7 @@ mod planner;
 mod python_field;
 mod python_grids;
 mod python_planner;
+mod python_request;
 mod random;
 mod rrt;
 mod search;

@@ -144,10 +144,15 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
     outcome.unreachable = (0..request.goals.len())
         .filter(|goal| !stops.visits.contains(goal))
         .collect();
+    // There is a way to every goal that has one: what comes from here on only makes it better.
+    budget.end_after(started, request.budget_ms);
     let mut search = Search {
         field,
         growth,
-        shortening,
+        shortening: Shortening {
+            deadline: budget.deadline(),
+            ..shortening
+        },
         random: &mut random,
         budget: &mut budget,
     };
@@ -159,10 +164,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
         outcome.first_ms = Some(tour.first.duration_since(started).as_secs_f64() * 1e3);
         if !unlimited {
             let limit = request.iterations.unwrap_or(u64::MAX);
-            search
-                .budget
-                .improve_until(limit, started, request.budget_ms);
-            search.shortening.deadline = search.budget.deadline();
+            search.budget.improve_until(limit);
             search.improve(&mut tour, request.any_order);
         }
     }

@@ -1,7 +1,6 @@
 //! Python's `NativeField`: a map to plan on.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -11,7 +10,8 @@ use crate::circles::Circles;
 use crate::field::Field;
 use crate::geometry::Point;
 use crate::grid::Grid;
-use crate::planner::{self, Algorithm, Request};
+use crate::planner;
+use crate::python_request::Settings;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
 use crate::tree;
@@ -123,40 +123,17 @@ impl NativeField {
         on!(&self.map, field => field.segment_clear(a, b, radius))
     }
 
-    #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (start, goals, algorithm, radius, seed, iterations, budget_ms, any_order, start_escape,
-                        corner_cost, step=None, bias=None))]
+    /// `settings`: a dict with every field of `python_request::Settings`.
     fn plan<'py>(
         &self,
         py: Python<'py>,
         start: (f64, f64),
         goals: PyReadonlyArray2<'py, f64>,
         algorithm: &str,
-        radius: f64,
         seed: u64,
-        iterations: Option<u64>,
-        budget_ms: Option<f64>,
-        any_order: bool,
-        start_escape: f64,
-        corner_cost: f64,
-        step: Option<f64>,
-        bias: Option<f64>,
+        settings: Settings,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let request = Request {
-            start: Point::new(start.0, start.1),
-            goals: points(&goals)?,
-            algorithm: algorithm_of(algorithm)?,
-            radius,
-            seed,
-            iterations,
-            budget_ms,
-            any_order,
-            start_escape,
-            corner_cost,
-            step,
-            bias,
-        };
-        check(&request)?;
+        let request = settings.request(start, &goals, algorithm, seed)?;
         let map = &self.map;
         let outcome = py.detach(|| on!(map, field => planner::plan(field, &request)));
         answer(py, outcome)
@@ -220,40 +197,4 @@ pub fn answer<'py>(py: Python<'py>, outcome: planner::Outcome) -> PyResult<Bound
     result.set_item("first_solution_ms", outcome.first_ms)?;
     result.set_item("start_blocked", outcome.start_blocked)?;
     Ok(result)
-}
-
-fn algorithm_of(name: &str) -> PyResult<Algorithm> {
-    match name {
-        "rrt" => Ok(Algorithm::Rrt),
-        "rrt-star" => Ok(Algorithm::RrtStar),
-        "goal-seeking" => Ok(Algorithm::GoalSeeking),
-        "multi-goal" => Ok(Algorithm::MultiGoal),
-        _ => Err(PyValueError::new_err(format!("unknown algorithm {name:?}"))),
-    }
-}
-
-pub fn check(request: &Request) -> PyResult<()> {
-    let finite = |p: &Point| p.x.is_finite() && p.y.is_finite();
-    let positive = |value: Option<f64>| value.is_none_or(|v| v.is_finite() && v > 0.0);
-    require(finite(&request.start), "the start is not finite")?;
-    require(request.goals.iter().all(finite), "a goal is not finite")?;
-    require(
-        request.radius.is_finite() && request.radius >= 0.0,
-        "the robot's radius must be at least 0",
-    )?;
-    require(positive(request.step), "the step must be positive")?;
-    require(
-        request.bias.is_none_or(|b| (0.0..=1.0).contains(&b)),
-        "the bias must be between 0 and 1",
-    )?;
-    require(
-        request.budget_ms.is_none_or(|b| b.is_finite() && b >= 0.0),
-        "the time budget must be at least 0",
-    )?;
-    require(
-        request.start_escape.is_finite()
-            && request.corner_cost.is_finite()
-            && request.corner_cost >= 0.0,
-        "start escape and corner cost must be finite",
-    )
 }

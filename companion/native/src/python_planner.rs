@@ -4,11 +4,10 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::points;
-use crate::geometry::Point;
 use crate::memory::Memory;
-use crate::planner::{self, Algorithm, Request};
-use crate::python_field::{answer, check, on, Map, NativeField};
+use crate::planner;
+use crate::python_field::{answer, on, Map, NativeField};
+use crate::python_request::Settings;
 
 /// One tree towards all goals that outlives the map it was grown on.
 #[pyclass]
@@ -26,37 +25,15 @@ impl NativePlanner {
     }
 
     /// As `NativeField.plan` with "multi-goal"; the answer also says how many nodes were kept, pruned and rewired.
-    #[allow(clippy::too_many_arguments)]
     fn plan<'py>(
         &mut self,
         py: Python<'py>,
         field: &NativeField,
         start: (f64, f64),
         goals: PyReadonlyArray2<'py, f64>,
-        radius: f64,
-        iterations: Option<u64>,
-        budget_ms: Option<f64>,
-        any_order: bool,
-        start_escape: f64,
-        corner_cost: f64,
-        step: Option<f64>,
-        bias: Option<f64>,
+        settings: Settings,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let request = Request {
-            start: Point::new(start.0, start.1),
-            goals: points(&goals)?,
-            algorithm: Algorithm::MultiGoal,
-            radius,
-            seed: 0,
-            iterations,
-            budget_ms,
-            any_order,
-            start_escape,
-            corner_cost,
-            step,
-            bias,
-        };
-        check(&request)?;
+        let request = settings.request(start, &goals, "multi-goal", 0)?;
         let (map, memory) = (&field.map, &mut self.memory);
         let outcome = py.detach(|| on!(map, field => planner::plan_again(field, &request, memory)));
         let repair = self.memory.repair;

@@ -108,8 +108,12 @@ impl<F: Field> Search<'_, F> {
         raw: impl FnOnce() -> Vec<Point>,
         (from, to): (Point, Point),
     ) -> (Vec<Point>, usize) {
+        let budget = &*self.budget;
         let found = lattice.as_mut().and_then(|lattice| {
-            let mut found = search::paths(lattice, self.field, from, &[to], || false);
+            if budget.late() {
+                return None;
+            }
+            let mut found = search::paths(lattice, self.field, from, &[to], || budget.late());
             found.pop().flatten()
         });
         if let Some(mut path) = found {

@@ -50,21 +50,11 @@ def plan(
     if algorithm not in ALGORITHMS:
         raise BadInput(f"unknown algorithm {algorithm!r}: choose one of {', '.join(ALGORITHMS)}")
     start, points = checked_points(field, start, goals)
-    check_settings(robot_radius, start_escape_m, corner_cost_m, budget_ms, iterations, step_m, goal_bias)
-    found = field.native.plan(
-        start,
-        np.array(points, dtype=np.float64).reshape(-1, 2),
-        algorithm,
-        float(robot_radius),
-        int(seed) % 2**64,
-        iterations,
-        budget_ms,
-        bool(any_order),
-        float(start_escape_m),
-        float(corner_cost_m),
-        step_m,
-        goal_bias,
+    settings = native_settings(
+        robot_radius, any_order, start_escape_m, corner_cost_m, budget_ms, iterations, step_m, goal_bias
     )
+    goal_array = np.array(points, dtype=np.float64).reshape(-1, 2)
+    found = field.native.plan(start, goal_array, algorithm, int(seed) % 2**64, settings)
     return as_result(field, algorithm, start, points, robot_radius, found)
 
 
@@ -79,27 +69,43 @@ def checked_points(
     return begin, points
 
 
-def check_settings(
+def native_settings(
     robot_radius: float,
+    any_order: bool,
     start_escape_m: float,
     corner_cost_m: float,
     budget_ms: float | None,
     iterations: int | None,
     step_m: float | None,
     goal_bias: float | None,
-) -> None:
-    """Raises BadInput for a setting that makes no sense."""
+) -> dict[str, Any]:
+    """The settings as the native planner takes them. Raises BadInput for one that makes no sense."""
     _number("the robot's radius", robot_radius, 0.0)
     _number("the start escape", start_escape_m, 0.0)
     _number("the corner cost", corner_cost_m, 0.0)
-    if budget_ms is not None:
-        _number("the time budget", budget_ms, 0.0)
-    if iterations is not None and iterations < 1:
-        raise BadInput(f"iterations must be at least 1, not {iterations}")
+    check_budget(budget_ms, iterations)
     if step_m is not None and not (math.isfinite(step_m) and step_m > 0.0):
         raise BadInput(f"the step must be a positive number of metres, not {step_m}")
     if goal_bias is not None and not 0.0 <= goal_bias <= 1.0:
         raise BadInput(f"the goal bias must be between 0 and 1, not {goal_bias}")
+    return {
+        "robot_radius": float(robot_radius),
+        "iterations": iterations,
+        "budget_ms": budget_ms,
+        "any_order": bool(any_order),
+        "start_escape_m": float(start_escape_m),
+        "corner_cost_m": float(corner_cost_m),
+        "step_m": step_m,
+        "goal_bias": goal_bias,
+    }
+
+
+def check_budget(budget_ms: float | None, iterations: int | None) -> None:
+    """Raises BadInput for a limit that makes no sense."""
+    if budget_ms is not None:
+        _number("the time budget", budget_ms, 0.0)
+    if iterations is not None and iterations < 1:
+        raise BadInput(f"iterations must be at least 1, not {iterations}")
 
 
 def as_result(

@@ -9,7 +9,7 @@ import numpy as np
 import rover_native
 
 from rover.planning.fields import Field
-from rover.planning.planner import as_result, check_settings, checked_points
+from rover.planning.planner import as_result, check_budget, checked_points, native_settings
 from rover.planning.result import PlanResult
 
 
@@ -41,12 +41,12 @@ class Planner:
         step_m: float | None = None,
         goal_bias: float | None = None,
     ) -> None:
-        check_settings(robot_radius, start_escape_m, corner_cost_m, None, None, step_m, goal_bias)
+        self._settings = native_settings(
+            robot_radius, any_order, start_escape_m, corner_cost_m, None, None, step_m, goal_bias
+        )
         self.robot_radius = float(robot_radius)
         self.repair = Repair()
         self._native = rover_native.NativePlanner(int(seed) % 2**64)
-        self._any_order = bool(any_order)
-        self._settings = (float(start_escape_m), float(corner_cost_m), step_m, goal_bias)
 
     def plan(
         self,
@@ -59,16 +59,9 @@ class Planner:
     ) -> PlanResult:
         """As `rover.planning.plan` with "multi-goal", on the map as it is now. Raises BadInput."""
         start, points = checked_points(field, start, goals)
-        check_settings(self.robot_radius, 0.0, 0.0, budget_ms, iterations, None, None)
-        found = self._native.plan(
-            field.native,
-            start,
-            np.array(points, dtype=np.float64).reshape(-1, 2),
-            self.robot_radius,
-            iterations,
-            budget_ms,
-            self._any_order,
-            *self._settings,
-        )
+        check_budget(budget_ms, iterations)
+        settings = {**self._settings, "budget_ms": budget_ms, "iterations": iterations}
+        goal_array = np.array(points, dtype=np.float64).reshape(-1, 2)
+        found = self._native.plan(field.native, start, goal_array, settings)
         self.repair = Repair(found["kept"], found["pruned"], found["rewired"])
         return as_result(field, "multi-goal", start, points, self.robot_radius, found)

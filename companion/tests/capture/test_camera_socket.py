@@ -72,6 +72,16 @@ def test_a_publisher_that_starts_again_is_found(path, publisher):
         again.close()
 
 
+def test_pictures_of_another_size_end_the_source(path, publisher):
+    with LatestFrames(open_camera(f"socket:{path}"), depth=10) as frames:
+        time.sleep(0.1)
+        publisher.publish()
+        publisher.publish(picture(0), Frame(np.zeros((4, 4), np.uint16), 101.0, 1))
+        assert len(take(frames, publisher, 1)) == 1
+        with pytest.raises(BadInput, match="the size of its pictures has changed"):
+            take(frames, publisher, 1)
+
+
 def test_a_reader_that_does_not_read_holds_nobody_up(path, publisher):
     reader = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     reader.connect(str(path))

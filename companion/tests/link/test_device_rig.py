@@ -104,6 +104,13 @@ def test_a_camera_that_dies_is_remembered_and_gives_nothing_more(rig, camera):
     assert list(rig.frames) == []
 
 
+def test_a_driver_that_throws_anything_ends_the_pictures_and_not_the_mission(rig, camera):
+    camera.unit = None
+    time.sleep(0.1)
+    assert list(rig.frames) == []
+    assert "no temperatures" in (rig.camera_failure or "")
+
+
 def test_raw_counts_and_flames_are_no_pictures_of_ground():
     with pytest.raises(BadInput, match="no temperatures"):
         in_centikelvin(Frame(np.zeros((2, 2), np.uint16), 0.0, 0, kelvin_per_count=None))

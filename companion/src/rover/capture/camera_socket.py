@@ -62,9 +62,13 @@ class SocketSource:
         if connection is None:
             raise BadInput(f"{self.path}: nobody publishes pictures there")
         frozen = FrozenPicture()
+        size: tuple[int, int] | None = None
         while True:
             with connection:
                 for frame in self._pictures(connection):
+                    size = size or frame.size
+                    if frame.size != size:
+                        raise BadInput(f"{self.path}: the size of its pictures has changed from {size} to {frame.size}")
                     repeated = frozen.repeats(frame.counts)
                     yield Frame(frame.counts, frame.time, frame.sequence, frame.ffc or repeated,
                                 kelvin_per_count=frame.kelvin_per_count, camera=frame.camera)  # fmt: skip

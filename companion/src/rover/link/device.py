@@ -6,7 +6,7 @@ because the work before it took too long is counted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from rover.capture.frame import KELVIN_PER_COUNT, Frame
 from rover.capture.latest import LatestFrames
-from rover.errors import BadInput, RoverError
+from rover.errors import BadInput
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
 from rover.link.intake import Cycle, OnCycle, TappedWire
@@ -81,17 +81,15 @@ class DeviceRig:
         self.cycle = Cycle(to)
 
     @property
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> list[Frame]:
         """Pictures that have come, in kelvin × 100, by the companion's clock in whole µs."""
         if self.camera_failure is not None:
-            return
+            return []
         try:
-            taken = self._camera.take()
-        except RoverError as error:
-            self.camera_failure = str(error)
-            return
-        for frame in taken:
-            yield replace(in_centikelvin(frame), time=_whole(frame.time - self._clock.origin))
+            return [self._by_our_clock(in_centikelvin(frame)) for frame in self._camera.take()]
+        except Exception as error:  # whatever a driver throws: the mission ends in order, for want of pictures
+            self.camera_failure = str(error) or type(error).__name__
+            return []
 
     @property
     def pace(self) -> Pace:
@@ -105,6 +103,9 @@ class DeviceRig:
         """Nobody knows the truth of a real field."""
         self._hand_over()
         return None
+
+    def _by_our_clock(self, frame: Frame) -> Frame:
+        return replace(frame, time=_whole(frame.time - self._clock.origin))
 
     def _hand_over(self) -> None:
         if self._on_cycle is not None:

@@ -119,3 +119,14 @@ def test_a_walled_in_goal_on_a_large_map_is_named_soon():
     result = plan(GridField(blocked, 1.0), (10.0, 10.0), [(3050.0, 3050.0)], robot_radius=0.3)
     assert result.unreachable == (0,)
     assert result.time_ms < 5000.0
+
+
+def test_a_picture_that_is_cut_short_is_complained_about_once(tmp_path, capfd):
+    whole = cv2.imencode(".pgm", np.full((80, 90), 254, dtype=np.uint8))[1].tobytes()
+    assert "can't read the picture" in complaint(lambda: map_server(tmp_path, picture=whole[:2000]))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_map_without_cells_says_so(tmp_path):
+    (tmp_path / "none.map").write_text("type octile\nheight 0\nwidth 0\nmap\n")
+    assert "width and height must be at least 1" in complaint(lambda: load_field(tmp_path / "none.map"))

@@ -100,3 +100,68 @@ def test_questions_without_sense_get_one_clear_line():
         Planner(robot_radius=-1.0)
     with pytest.raises(BadInput, match="no goal given"):
         Planner().plan(paper.field(), paper.START, [])
+
+
+def cluttered(rng: np.random.Generator) -> np.ndarray:
+    """8 × 8 m with a third of it under blocks of 0.4 m."""
+    blocked = np.zeros((160, 160), dtype=bool)
+    while blocked.mean() < 0.33:
+        row, column = rng.integers(0, 152, 2)
+        blocked[row : row + 8, column : column + 8] = True
+    return blocked
+
+
+def patched(blocked: np.ndarray, rng: np.random.Generator, patches: int = 12) -> np.ndarray:
+    """The same with squares of 0.3 to 0.8 m set or cleared."""
+    changed = blocked.copy()
+    for number in range(patches):
+        side = int(rng.integers(6, 17))
+        row, column = rng.integers(0, 160 - side, 2)
+        changed[row : row + side, column : column + side] = number % 2 == 0
+    return changed
+
+
+def free_of_obstacles(blocked: np.ndarray, points: list[tuple[float, float]]) -> np.ndarray:
+    cleared = blocked.copy()
+    for x, y in points:
+        row, column = int(y / 0.05), int(x / 0.05)
+        cleared[max(row - 5, 0) : row + 6, max(column - 5, 0) : column + 6] = False
+    return cleared
+
+
+def test_a_tour_mended_where_patches_of_the_map_changed_is_as_short_as_one_planned_afresh():
+    start, goals = (0.4, 0.4), [(7.5, 7.5), (0.5, 7.4), (7.4, 0.6)]
+    ratios, bridged = [], 0
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        ground = free_of_obstacles(cluttered(rng), [start, *goals])
+        planner = Planner(robot_radius=0.1, seed=seed)
+        planner.plan(GridField(ground, 0.05), start, goals)
+        for _ in range(3):
+            ground = free_of_obstacles(patched(ground, rng), [start, *goals])
+            field = GridField(ground, 0.05)
+            again = planner.plan(field, start, goals)
+            afresh = plan(field, start, goals, robot_radius=0.1, seed=seed)
+            # A way that is kept may lead through a passage that is finer than what a search from nothing finds.
+            assert set(again.unreachable) <= set(afresh.unreachable)
+            assert_valid(again, field, goals, 0.1)
+            bridged += planner.repair.rewired
+            if afresh.ok:
+                ratios.append(again.length / afresh.length)
+    assert bridged > 50
+    assert len(ratios) > 30
+    assert np.median(ratios) < 1.03
+    assert np.percentile(ratios, 95) < 1.2
+
+
+def test_a_passage_that_closes_and_opens_again_is_named_and_then_used_again():
+    ground = np.zeros((160, 160), dtype=bool)
+    ground[80] = True
+    ground[80, 100:110] = False  # 0.5 m wide for a robot of 0.2 m
+    planner = Planner(robot_radius=0.1, seed=0)
+    first = planner.plan(GridField(ground, 0.05), (1.0, 1.0), [(1.0, 7.0)])
+    closed = ground.copy()
+    closed[80] = True
+    assert planner.plan(GridField(closed, 0.05), (1.0, 1.0), [(1.0, 7.0)]).unreachable == (0,)
+    again = planner.plan(GridField(ground, 0.05), (1.0, 1.0), [(1.0, 7.0)])
+    assert again.length < 1.02 * first.length

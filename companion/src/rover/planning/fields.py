@@ -112,8 +112,10 @@ class GridField(Field):
             width, height = int(header["width"]), int(header["height"])
         except (KeyError, ValueError) as error:
             raise BadInput(f"{path}: needs `width N` and `height N` before `map`") from error
+        if width < 1 or height < 1:
+            raise BadInput(f"{path}: width and height must be at least 1, not {width} and {height}")
         rows = lines[first : first + height]
-        if len(rows) < height or any(len(row) != width for row in rows) or width < 1 or height < 1:
+        if len(rows) < height or any(len(row) != width for row in rows):
             raise BadInput(f"{path}: expected {height} rows of {width} cells after `map`")
         cells = np.frombuffer("".join(rows).encode("latin-1", "replace"), dtype=np.uint8).reshape(height, width)
         return cls(~np.isin(cells, np.frombuffer(b".GS", dtype=np.uint8)), resolution)
@@ -136,11 +138,8 @@ class GridField(Field):
             ) from error
         if len(origin) != 3 or abs(origin[2]) > 1e-9:
             raise BadInput(f"{path}: origin must be [x, y, 0]; a turned map is not supported")
-        try:
-            picture = cv2.imread(str(image), cv2.IMREAD_GRAYSCALE)
-        except cv2.error:  # a header that promises more than any picture holds
-            picture = None
-        if picture is None or picture.size == 0:
+        picture = _picture(image)
+        if picture is None:
             raise BadInput(f"{path}: can't read the picture {image}")
         if not 0.0 < free_below <= 1.0:
             raise BadInput(f"{path}: free_thresh must lie between 0 and 1, not {free_below:g}")
@@ -183,6 +182,19 @@ def _text(path: Path) -> str:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _picture(path: Path) -> NDArray[np.uint8] | None:
+    """The shades in a picture file; none when it is no picture or cut short: OpenCV does not say so itself."""
+    logging = cv2.utils.logging
+    level = logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    try:
+        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    except cv2.error:  # a header that promises more than any picture holds
+        return None
+    finally:
+        logging.setLogLevel(level)
+    return picture if picture is not None and picture.size else None
 
 
 def _flat_yaml(path: Path) -> dict[str, str]:

@@ -149,6 +149,8 @@ def test_a_whole_mission_in_real_time_keeps_the_invariants_and_replays_identical
     assert (replayed["identical"], replayed["first_difference"]) == (True, None)
     assert replayed["frames"] > 100
     assert replayed["parts"]["companion"]["compared"] > 3000
+    assert "firmware" not in replayed["parts"], "what entered a real rover's firmware is not in the log"
+    assert invoke(["replay", str(real.log), "--set", "gain_velocity=100000"]) == 2
 
 
 def test_over_can_a_mission_ends_at_its_time_limit_and_replays_identically(rover, capsys):
@@ -206,6 +208,7 @@ def test_a_port_where_nobody_is_and_a_camera_that_is_none_are_one_line_each(rove
         (["--port", real.rig.port, "--camera-source", "socket:/nowhere"], 3, "pre-flight failed: camera"),
         (["--port", real.rig.port], 2, "which camera?"),
         (["--camera-source", camera], 2, "which board?"),
+        (["--port", real.rig.port, "--data", str(tmp_path)], 2, "a real one has its own"),
     ]
     for options, code, line in cases:
         assert invoke(["run", mission, "--rig", "device", *options, *out, "--quiet"]) == code

@@ -24,8 +24,12 @@ LINE_PERIOD = 10.0
 class MissionView:
     """Shows every Status given to it, as a context manager; never raises because of who reads stderr."""
 
-    def __init__(self, title: str, quiet: bool = False, stream: TextIO | None = None) -> None:
+    def __init__(
+        self, title: str, quiet: bool = False, stream: TextIO | None = None, beginning: str = "starting the rig"
+    ) -> None:
+        """`beginning`: what is being done until the first Status comes."""
         self._title = title
+        self._beginning = beginning
         self._stream = stream if stream is not None else sys.stderr
         self._quiet = quiet
         self._line_due = 0.0
@@ -38,9 +42,9 @@ class MissionView:
         with self._tolerant():
             if self._live is not None:
                 self._live.start()
-                self._live.update(Panel("laying the field and starting the rig …", title=self._title), refresh=True)
+                self._live.update(Panel(f"{self._beginning} …", title=self._title), refresh=True)
             elif not self._quiet:
-                self._write(f"{self._title}: starting the rig")
+                self._write(f"{self._title}: {self._beginning}")
         return self
 
     def __exit__(

@@ -82,7 +82,8 @@ def command(
     if data is not None and not data.is_dir():
         raise BadInput(f"--data {data}: no such folder")
     folder = _folder(out, loaded.name, seed)
-    view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet)
+    beginning = "looking at rover and camera" if rig is RigName.DEVICE else "laying the field and starting the rig"
+    view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet, beginning=beginning)
 
     from rover.mission.run import Control, run_mission
 

@@ -11,18 +11,13 @@ import warnings
 from pathlib import Path
 
 from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
-from rover.vision.camera_file import load_camera
 from sklearn.exceptions import ConvergenceWarning
 
-from tools.evaluate.driven import curve, drives, split
 from tools.evaluate.real import evaluate_real
-from tools.evaluate.report import real_section, synthetic_section
+from tools.evaluate.report import real_section
 from tools.evaluate.shown import write_worst
-from tools.train.ground import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, TEST_FIELDS
-from tools.train.recipe import field_samples
+from tools.evaluate.synthetic import synthetic_section
 
-FRAMES = 20
-FIRST_DRIVE = 4000
 NO_CONCLUSION = """## What may not be concluded
 
 - That ground without an indication holds no mine. Around the two daily zero crossings mines have no contrast, deep
@@ -48,7 +43,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/detection.md"))
     options = parser.parse_args()
     warnings.simplefilter("ignore", ConvergenceWarning)
-    camera, ground = load_camera("lepton-160"), Classifier(options.ground, GROUND)
+    ground = Classifier(options.ground, GROUND)
     shipped = Classifier(options.picture_model, PICTURES)
 
     sections = [_head(ground, shipped, options)]
@@ -58,21 +53,7 @@ def main() -> None:
         )
         write_worst(real.grouped["this network"], real.records, options.pictures)
         sections.append(real_section(real))
-    seeds = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + TEST_FIELDS)
-    synthetic = field_samples(camera, HELD_OUT_SOIL, seeds, FRAMES, LEAST_TESTED, options.cache)
-    p = ground.predict(synthetic.vectors.astype("float32"))
-    runs = drives(options.ground, options.drives, FIRST_DRIVE) if options.drives else []
-    sections.append(
-        f"## Synthetic fields\n\nSingle frames of a soil that was never trained on (clay) at all hours; mines of at "
-        f"least {LEAST_TESTED:g} K.\n\n{synthetic_section(synthetic.labels, p)}"
-    )
-    if runs:
-        sections.append(
-            f"### Driven over\n\n{len(runs)} fields in four soils (three were trained on) at nine hours, "
-            f"many looks fused into places; one "
-            f"count per mine within its half-extent plus 10 cm. 95 % intervals: binomial for Pd, Poisson for the "
-            f"rate.\n\n{curve(runs)}\n\n{split(runs)}"
-        )
+    sections.append(synthetic_section(ground, options.drives, options.cache))
     sections.append(NO_CONCLUSION)
     options.out.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
     print(options.out)

@@ -12,7 +12,7 @@ from rover.detection.classifier import CLASSES
 from tools.evaluate.figures import PAPER_F1, binomial, number, poisson, precision_recall, table
 from tools.evaluate.folds import FALSE_ALARMS, HIGHEST, Outcome
 from tools.evaluate.real import RealResults, calibrated
-from tools.train.measure import as_markdown, calibration_error, confusion
+from tools.train.measure import calibration_error
 from tools.train.picture_samples import BACKGROUND, MINE_UNKNOWN, SURFACE
 
 FIGURES = ("mine", "surface", "buried", "pd", "pd strict")
@@ -40,9 +40,7 @@ def rivals_table(real: RealResults) -> str:
     rows = []
     for split, named in (("zone or session held out", real.grouped), ("pictures at random", real.dealt)):
         for name, outcomes in named.items():
-            cells = [
-                f"{number(_over(outcomes, key, median))} / {number(_over(outcomes, key, min))}" for key in FIGURES
-            ]
+            cells = [f"{number(_over(outcomes, key, median))} / {number(_over(outcomes, key, min))}" for key in FIGURES]
             rows.append([split, name, *cells])
     return table(["split", "classifier", *(f"{h}, median / worst" for h in HEAD)], rows)
 
@@ -89,17 +87,6 @@ def reliability_table(truth: NDArray[np.int64], p: NDArray[np.floating]) -> str:
             shares = [number(float(values[here].mean())) for values in (top, right)]
             rows.append([f"{low:.1f} to {low + 0.1:.1f}", str(here.sum()), *shares])
     return table(["probability", "candidates", "mean probability", "right"], rows)
-
-
-def synthetic_section(truth: NDArray[np.int64], p: NDArray[np.floating]) -> str:
-    """Confusion, F1 per class and calibration of the shipped model."""
-    counts = confusion(truth, p)
-    rows = []
-    for index, name in enumerate(CLASSES):
-        hits = counts[index, index]
-        score = 2 * hits / max(counts[index].sum() + counts[:, index].sum(), 1)
-        rows.append([name, str(counts[index].sum()), number(float(score)), "0.97" if index < BACKGROUND else "–"])
-    return f"{as_markdown(truth, p)}\n\n{table(['class', 'candidates', 'F1', 'asked for'], rows)}"
 
 
 def real_section(real: RealResults) -> str:

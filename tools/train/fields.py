@@ -15,6 +15,7 @@ from rover.geometry import Pose2
 from rover.mission import config
 from rover.vision.camera import CameraModel
 from rover_hil.ground import Ground, Mine, build, daily_contrasts, lay_signature
+from rover_hil.ground.field import lay_casing
 from rover_hil.ground.signature import MINE_RADIUS
 from rover_hil.ground.soils import soil_named
 from rover_hil.ground.things import at_hour, lay_pebbles
@@ -27,14 +28,17 @@ ROW_PATTERN = 0.03
 COLUMN_PATTERN = 0.04
 PIXEL_PATTERN = 0.03
 VIGNETTING = 0.4
-# Deep mines are the hard ones: most of what is learned from lies deep.
-DEPTHS = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.05, 0.05, 0.06, 0.07)
+# Depths of the mines that are laid beside those of the mission, metres: 0 stands on the ground. Deep mines are the
+# hard ones: most of what is learned from lies deep.
+DEPTHS = (0.0, 0.0, 0.0, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.05, 0.06, 0.07)
 # Share of the fields that are drawn by day, in the first soil of the list, and with many more pebbles.
 BY_DAY, FIRST_SOIL, PEBBLY = 0.6, 0.4, 0.5
 # Metres between the centres of mines, and from a buried mine to the edge of an obstacle.
 BETWEEN_MINES, BESIDE_OBSTACLE = 0.65, 0.30
 PLACING_TRIES = 60
-DAY = (9.0 * 3600.0, 16.5 * 3600.0)
+DAY, ALL_DAY = (9.0, 16.5), (0.0, 24.0)
+# Hours of the day from which nothing is learned: what is said of them is said of hours never seen.
+HELD_OUT_HOURS = ((2.0, 3.0), (7.5, 8.5), (11.0, 12.0), (14.5, 15.5), (20.0, 21.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +49,27 @@ class Field:
     plant: Plant
 
 
-def make_field(camera: CameraModel, soils: tuple[str, ...], seed: int, data: Path | None = None) -> Field | None:
-    """A 3 x 4 m field drawn from the seed; None for a draw too full to place. `data`: real texture from there."""
+def is_held_out(hour: float) -> bool:
+    """True for hours of HELD_OUT_HOURS."""
+    return any(begin <= hour < end for begin, end in HELD_OUT_HOURS)
+
+
+def draw_hour(rng: np.random.Generator, held_out: bool) -> float:
+    """An hour of the day, more often by day than at night, from among those held out or from among the others."""
+    span = DAY if rng.random() < BY_DAY else ALL_DAY
+    while True:
+        hour = float(rng.uniform(*span))
+        if is_held_out(hour) == held_out:
+            return hour
+
+
+def make_field(
+    camera: CameraModel, soils: tuple[str, ...], seed: int, data: Path | None = None, held_out: bool = False
+) -> Field | None:
+    """A 3 x 4 m field drawn from the seed; None for a draw too full to place. `data`: real texture from there.
+
+    held_out: at one of the hours that nothing is learned from.
+    """
     rng = np.random.default_rng([seed, 77])
     base = config.load("demo")
     settings = replace(
@@ -57,8 +80,7 @@ def make_field(camera: CameraModel, soils: tuple[str, ...], seed: int, data: Pat
         surface_mines=int(rng.integers(1, 3)),
         buried_mine_depths=(),
     )
-    hours = DAY if rng.random() < BY_DAY else (0.0, 86_400.0)
-    mission = replace(base, time_of_day_s=float(rng.uniform(*hours)), field=settings)
+    mission = replace(base, time_of_day_s=3600.0 * draw_hour(rng, held_out), field=settings)
     try:
         ground = build(mission, seed, data)
     except BadInput:
@@ -66,12 +88,12 @@ def make_field(camera: CameraModel, soils: tuple[str, ...], seed: int, data: Pat
     if rng.random() < PEBBLY:
         now = at_hour(soil_named(settings.soil), mission.time_of_day_s / 3600.0)
         lay_pebbles(ground.temperature, ground.height, ground.grid, now, rng, per_square_metre=8.0)
-    ground = _with_buried(ground, rng)
+    ground = _with_mines(ground, rng)
     return Field(ground, build_plant(mission, ground, camera, seed))
 
 
-def _with_buried(ground: Ground, rng: np.random.Generator) -> Ground:
-    """The same with as many buried mines as fit: what is learned from needs no room to drive between them."""
+def _with_mines(ground: Ground, rng: np.random.Generator) -> Ground:
+    """The same with as many more mines as fit: what is learned from needs no room to drive between them."""
     day = daily_contrasts(ground.soil, DEPTHS)
     width, length = ground.area
     mines = list(ground.mines)
@@ -81,10 +103,15 @@ def _with_buried(ground: Ground, rng: np.random.Generator) -> Ground:
         if near_mine or any(math.hypot(x - a, y - b) < r + BESIDE_OBSTACLE for a, b, r, _ in ground.obstacles.tolist()):
             continue
         depth = float(rng.choice(DEPTHS))
+        # Casings on the ground differ in size; buried ones are the reference disc.
+        radius = float(rng.uniform(0.050, 0.060)) if depth == 0.0 else MINE_RADIUS
         profile = day.profile(depth, ground.hour, day.contrast.radius)
-        lay_signature(ground.temperature, ground.grid, (x, y), day.contrast.radius, profile)
+        lay_signature(ground.temperature, ground.grid, (x, y), day.contrast.radius * (radius / MINE_RADIUS), profile)
+        if depth == 0.0:
+            lay_casing(ground.height, ground.grid, (x, y, radius))
         peak = float(profile[np.argmax(np.abs(profile))])
-        mines.append(Mine(len(mines) + 1, x, y, MINE_RADIUS, depth, "buried", round(peak, 4)))
+        kind = "surface" if depth == 0.0 else "buried"
+        mines.append(Mine(len(mines) + 1, x, y, radius, depth, kind, round(peak, 4)))
     return replace(ground, mines=tuple(mines))
 
 

@@ -7,12 +7,15 @@ import argparse
 import numpy as np
 from rover.detection.patch import LENGTH, SIDE, STATISTICS
 
-from tools.train.measure import as_markdown
+from tools.train.fields import HELD_OUT_HOURS
+from tools.train.measure import by_contrast, looks_as_markdown
+from tools.train.samples import Looks
 
 
 def ground_section(
     counts: dict[str, int],
-    results: dict[str, tuple[np.ndarray, np.ndarray]],
+    results: dict[str, tuple[Looks, np.ndarray]],
+    floor: float,
     driven: dict[str, str],
     notes: dict[str, str],
     sha256: str,
@@ -20,11 +23,15 @@ def ground_section(
 ) -> str:
     """Markdown. counts: samples per class. driven: per drive its tables. notes: of the calibration.
 
-    results: per test set labels (N,) and probabilities (N, classes).
+    results: per test set its looks and probabilities (N, classes); mines below `floor` kelvin do not count there.
     """
     told = ", ".join(f"{number} {name}" for name, number in counts.items())
     calibration = ", ".join(f"{name} {value}" for name, value in notes.items())
-    sections = "\n\n".join(f"#### {name}\n\n{as_markdown(labels, p)}" for name, (labels, p) in results.items())
+    sections = "\n\n".join(
+        f"#### {name}\n\n{looks_as_markdown(looks, p, floor)}\n\n{by_contrast(looks, p)}"
+        for name, (looks, p) in results.items()
+    )
+    hours = ", ".join(f"{begin:g} to {end:g}" for begin, end in HELD_OUT_HOURS)
     drives = "\n\n".join(f"#### {name}\n\n{table.replace('### ', '##### ')}" for name, table in driven.items())
     return f"""Input: {LENGTH} numbers per candidate: a {SIDE}x{SIDE} thermal patch, a {SIDE}x{SIDE} occupancy patch, a
 {SIDE}x{SIDE} wide patch and {len(STATISTICS)} statistics in kelvin and metres (`rover.detection.patch`). Output:
@@ -38,12 +45,15 @@ SHA-256: `{sha256}`
 {sum(counts.values())} candidates: {told}.
 Synthetic fields in loam (more than half), dry sand and moist clay, most of them by day and many full of pebbles,
 rendered with the plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by
-the same code that runs on the rover. Six in ten buried mines lie 4 to 7 cm deep. Nothing is learned from mines weaker
-than 0.25 K at the surface; the tests count them as mines.
+the same code that runs on the rover. A quarter of the mines stand on the ground, more than half of the buried ones
+lie 3 to 7 cm deep. Nothing is learned from the hours {hours}, nor from mines weaker than 0.25 K at the surface.
+In each epoch the pictures of ground and of buried mines are turned by chance, those of all else mirrored.
 
 ### Measured on what was never trained on
 
-Counts are candidates of single frames; the rover fuses several frames of a place (`rover.detection.fusion`).
+Single looks; the rover fuses many of them (`rover.detection.fusion`). A mine of at least {floor:g} K at the surface
+counts once for every look that it is in view of, also where no candidate lies on it; obstacles and ground count by
+candidates. 95 % intervals: fields drawn again.
 
 {sections}
 

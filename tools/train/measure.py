@@ -1,19 +1,17 @@
-"""How good the answers are: confusion, recall per class, and whether probabilities mean what they say."""
+"""How good the answers are: confusion and F1 per class, and whether probabilities mean what they say."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
-from rover.detection.classifier import CLASSES
+from rover.detection.classifier import CLASSES, MINES
+
+from tools.train.samples import BACKGROUND, OBSTACLE, UNSURE, Looks
 
 BINS = 10
-
-
-def confusion(labels: NDArray[np.int64], p: NDArray[np.floating]) -> NDArray[np.int64]:
-    """Counts (classes, classes): rows are the truth, columns the most probable class."""
-    table = np.zeros((len(CLASSES),) * 2, np.int64)
-    np.add.at(table, (labels, p.argmax(axis=1)), 1)
-    return table
+MINE_COLUMNS = [CLASSES.index(name) for name in MINES]
 
 
 def calibration_error(labels: NDArray[np.int64], p: NDArray[np.floating]) -> float:
@@ -57,25 +55,73 @@ def _negative_log_likelihood(labels: NDArray[np.int64], logits: NDArray[np.float
     return -float(np.log(softmax(logits)[np.arange(len(labels)), labels] + 1e-12).mean())
 
 
-def mine_share(labels: NDArray[np.int64], p: NDArray[np.floating], threshold: float = 0.5) -> tuple[float, float]:
-    """Share of mines whose two mine classes together reach the threshold, and the same share of all else."""
-    mine_columns = [CLASSES.index("surface"), CLASSES.index("buried")]
-    called = p[:, mine_columns].sum(axis=1) >= threshold
-    truth = np.isin(labels, mine_columns)
-    return float(called[truth].mean()) if truth.any() else 0.0, float(called[~truth].mean()) if (~truth).any() else 0.0
+def confusion_by_look(looks: Looks, p: NDArray[np.floating], floor: float) -> NDArray[np.int64]:
+    """Counts (fields, classes, classes) of single looks: rows are the truth, columns the answer.
+
+    A mine of at least `floor` kelvin counts once for each look that it is in view of, with the answer of the most
+    mine-like candidate in its halo; without a candidate it is called background. Obstacles and ground count by
+    candidates; what lies between two classes, or on a weaker mine, does not count.
+    """
+    answer, likeness = p.argmax(axis=1), p[:, MINE_COLUMNS].sum(axis=1)
+    fields, field_of = np.unique(looks.field, return_inverse=True)
+    table = np.zeros((len(fields), len(CLASSES), len(CLASSES)), np.int64)
+    for truth, some in ((OBSTACLE, looks.on_obstacle), (BACKGROUND, looks.on_ground)):
+        np.add.at(table, (field_of[looks.look[some]], truth, answer[some]), 1)
+    best: dict[tuple[int, int], int] = {}
+    for index in np.flatnonzero(looks.on_mine).tolist():
+        key = int(looks.look[index]), int(looks.mine[index])
+        if key not in best or likeness[index] > likeness[best[key]]:
+            best[key] = index
+    for look, mine, kind, contrast in looks.seen.tolist():
+        if contrast >= floor:
+            index = best.get((int(look), int(mine)))
+            table[field_of[int(look)], int(kind), BACKGROUND if index is None else answer[index]] += 1
+    return table
 
 
-def as_markdown(labels: NDArray[np.int64], p: NDArray[np.floating]) -> str:
-    """The confusion as a table, then the shares."""
-    lines = ["| truth \\ answer | " + " | ".join(CLASSES) + " |", "|---" * (len(CLASSES) + 1) + "|"]
-    lines += [
-        f"| {name} | " + " | ".join(str(n) for n in row) + " |"
-        for name, row in zip(CLASSES, confusion(labels, p), strict=True)
-    ]
-    found, false = mine_share(labels, p)
-    lines.append("")
-    lines.append(
-        f"Mines called mines {found:.1%}, other candidates called mines {false:.1%}, "
-        f"expected calibration error {calibration_error(labels, p):.3f}."
+def f1_scores(table: NDArray[np.integer]) -> NDArray[np.float64]:
+    """F1 per class of counts (..., classes, classes)."""
+    right = np.einsum("...ii->...i", table)
+    return 2.0 * right / np.maximum(table.sum(axis=-1) + table.sum(axis=-2), 1)
+
+
+def f1_intervals(by_field: NDArray[np.integer], rounds: int = 1000) -> NDArray[np.float64]:
+    """95 % intervals of F1 (classes, 2): whole fields are drawn again with replacement, looks at one are alike."""
+    rng = np.random.default_rng(90)
+    drawn = rng.integers(0, len(by_field), (rounds, len(by_field)))
+    return np.percentile([f1_scores(by_field[some].sum(axis=0)) for some in drawn], (2.5, 97.5), axis=0).T
+
+
+def looks_as_markdown(looks: Looks, p: NDArray[np.floating], floor: float) -> str:
+    """Confusion of single looks with F1 and its interval per class, then how sure the probabilities are."""
+    by_field = confusion_by_look(looks, p, floor)
+    table, intervals = by_field.sum(axis=0), f1_intervals(by_field)
+    lines = ["| truth \\ answer | " + " | ".join(CLASSES) + " | F1 |", "|---" * (len(CLASSES) + 2) + "|"]
+    for name, row, f1, (low, high) in zip(CLASSES, table, f1_scores(table), intervals, strict=True):
+        lines.append(f"| {name} | " + " | ".join(str(n) for n in row) + f" | {f1:.3f} [{low:.3f}, {high:.3f}] |")
+    labels = looks.labels(floor)
+    sure = labels != UNSURE
+    error = calibration_error(labels[sure], p[sure])
+    likely = sure & (p[:, MINE_COLUMNS].sum(axis=1) >= 0.1)
+    among = calibration_error(labels[likely], p[likely])
+    return "\n".join(
+        (
+            *lines,
+            "",
+            f"{len(by_field)} fields, {len(looks.field)} looks. Expected calibration error {error:.3f} over all "
+            f"candidates, {among:.3f} over the {likely.sum()} where a mine has at least 0.1.",
+        )
     )
+
+
+def by_contrast(looks: Looks, p: NDArray[np.floating]) -> str:
+    """Buried mines called buried, by their contrast at the surface."""
+    steps = (0.25, 0.5, 0.65, 0.8, 1.0, 1.25, 1.6, 2.5, np.inf)
+    buried = CLASSES.index("buried")
+    lines = ["| contrast at the surface, K | buried mines in view | called buried |", "|---|---|---|"]
+    for low, high in pairwise(steps):
+        counts = confusion_by_look(looks, p, low)[:, buried] - confusion_by_look(looks, p, high)[:, buried]
+        total = int(counts.sum())
+        share = f"{counts[:, buried].sum() / total:.2f}" if total else "–"
+        lines.append(f"| {low:g} to {high:g} | {total} | {share} |")
     return "\n".join(lines)

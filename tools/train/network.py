@@ -1,7 +1,9 @@
-"""The network's training: 256 and 128 hidden units, weighted samples, a learning rate that falls once."""
+"""The network's training: 256 and 128 hidden units, weighted samples, a learning rate that falls."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +13,25 @@ from sklearn.neural_network import MLPClassifier
 
 HIDDEN = (256, 128)
 WEIGHT_DECAY = 0.05
-RATE, SLOWER, SLOWER_AFTER = 5e-4, 0.2, 0.6
 BATCH = 512
+# Samples of an epoch are varied in so many parts, so that no second copy of all of them is needed.
+PARTS = 8
 # Added to every standard deviation: what hardly varies may not be blown up.
 LEAST_DEVIATION = 0.02
+
+
+Vary = Callable[[NDArray[np.float32], NDArray[np.integer], np.random.Generator], NDArray[np.float32]]
+"""Vectors and labels to other vectors of the same candidates; may change the vectors in place."""
+
+
+def fall_once(done: float) -> float:
+    """Learning rate after the share `done` of all epochs: lower for the last of them."""
+    return 5e-4 if done < 0.6 else 1e-4
+
+
+def fall_smoothly(done: float) -> float:
+    """Learning rate after the share `done` of all epochs: half a cosine down to a fiftieth."""
+    return 1e-3 * (0.02 + 0.49 * (1.0 + math.cos(math.pi * done)))
 
 
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
@@ -40,7 +57,6 @@ class Network:
         answer[:, self.classes] = flow @ self.weights[-1] + self.biases[-1]
         return answer
 
-
     def every_class(self, layers: list[Layer]) -> list[Layer]:
         """The layers with an answer for each of CLASSES; one that was never shown gets -30."""
         weight, bias = layers[-1]
@@ -55,24 +71,33 @@ def fit(
     weights: NDArray[np.floating],
     epochs: int,
     seed: int,
+    rate: Callable[[float], float] = fall_once,
+    vary: Vary | None = None,
 ) -> Network:
-    """Trains on vectors (N, length) with labels (N,) into CLASSES and weights (N,)."""
+    """Trains on vectors (N, length) with labels (N,) into CLASSES and weights (N,).
+
+    rate: the learning rate by the share of epochs that is done. vary: what is done to the standardised vectors anew
+    in each epoch.
+    """
     mean, deviation = _moments(vectors)
     scale = deviation + LEAST_DEVIATION
     classes = tuple(np.unique(labels).tolist())
     rng = np.random.default_rng([seed, 84])
-    network = MLPClassifier(HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=RATE, random_state=seed)
+    network = MLPClassifier(
+        HIDDEN, alpha=WEIGHT_DECAY, batch_size=BATCH, learning_rate_init=rate(0.0), random_state=seed
+    )
     standard = np.empty(vectors.shape, np.float32)
     for begin in range(0, len(vectors), 4096):
         standard[begin : begin + 4096] = (vectors[begin : begin + 4096] - mean) / scale
     standard = np.clip(standard, -8.0, 8.0, out=standard)
     share = (weights / weights.mean()).astype(np.float32)
     for epoch in range(epochs):
-        if epoch == round(SLOWER_AFTER * epochs):
+        if epoch:
             optimizer = network._optimizer
-            optimizer.learning_rate_init = optimizer.learning_rate = RATE * SLOWER
-        order = rng.permutation(len(standard))
-        network.partial_fit(standard[order], labels[order], classes=classes, sample_weight=share[order])
+            optimizer.learning_rate_init = optimizer.learning_rate = rate(epoch / epochs)
+        for part in np.array_split(rng.permutation(len(standard)), PARTS if vary else 1):
+            some = standard[part] if vary is None else vary(standard[part], labels[part], rng)
+            network.partial_fit(some, labels[part], classes=classes, sample_weight=share[part])
     return Network(network.coefs_, network.intercepts_, mean, scale, classes)
 
 

@@ -4,25 +4,36 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import rover_hil.ground
 from numpy.typing import NDArray
+from rover.detection import candidates, ground_image, patch
 from rover.vision.camera import CameraModel
 
-from tools.train.samples import Samples, from_fields
-from tools.train.store import kept
+from tools.train import fields, look, samples
+from tools.train.samples import Looks, look_at_fields
+from tools.train.store import digest, kept
+
+# Fields of one stored part.
+PART = 100
+MODULES = (candidates, ground_image, patch, fields, look, samples)
+SOURCES = (
+    *(Path(str(module.__file__)) for module in MODULES),
+    *sorted(Path(str(rover_hil.ground.__file__)).parent.glob("*.py")),
+)
 
 
-def field_samples(
-    camera: CameraModel, soils: tuple[str, ...], seeds: range, frames: int, weakest: float, cache: Path | None
-) -> Samples:
-    """Samples of synthetic fields, one stored part for each 90 of them."""
-    parts = []
-    for first in range(seeds.start, seeds.stop, 90):
-        part = range(first, min(first + 90, seeds.stop))
-        name = f"fields-{'+'.join(soils)}-{part.start}-{len(part)}-{frames}-{weakest:g}"
+def field_looks(
+    camera: CameraModel, of_soils: tuple[str, ...], seeds: range, frames: int, held_out: bool, cache: Path | None
+) -> Looks:
+    """Looks at synthetic fields of these seeds."""
+    parts, code = [], digest(SOURCES)
+    for first in range(seeds.start, seeds.stop, PART):
+        part = range(first, min(first + PART, seeds.stop))
+        when = "held-out" if held_out else "other"
+        name = f"looks-{code}-{'+'.join(of_soils)}-{when}-{part.start}-{len(part)}-{frames}"
 
         def make(part: range = part) -> dict[str, NDArray]:
-            samples = from_fields(camera, soils, part, frames, weakest=weakest)
-            return {"vectors": samples.vectors, "labels": samples.labels}
+            return dict(vars(look_at_fields(camera, of_soils, part, frames, held_out)))
 
-        parts.append(Samples(**kept(cache, name, make)))
-    return Samples.join(parts)
+        parts.append(Looks(**kept(cache, name, make)))
+    return Looks.join(parts)

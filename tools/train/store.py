@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -26,3 +27,11 @@ def kept(folder: Path | None, name: str, make: Callable[[], Arrays]) -> Arrays:
     folder.mkdir(parents=True, exist_ok=True)
     np.savez(file, **arrays)
     return arrays
+
+
+def digest(files: Iterable[Path]) -> str:
+    """Of the contents of files, for a name: what other code has made is not taken for this code's."""
+    told = hashlib.sha256()
+    for file in files:
+        told.update(file.read_bytes())
+    return told.hexdigest()[:12]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from rover.capture.frame import Frame
@@ -66,6 +67,21 @@ def test_a_picture_is_resampled_to_one_centimetre():
     assert from_picture(np.ones((200, 100)), 0.005).kelvin.shape == (100, 50)
 
 
+def test_coarse_pixels_are_not_multiplied_beyond_two_centimetres():
+    assert from_picture(np.ones((200, 100)), 0.015).kelvin.shape == (200, 100)
+    assert from_picture(np.ones((200, 100)), 0.04).metres_per_pixel == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("metres_per_pixel", [0.005, 0.01, 0.02])
+def test_a_spot_is_found_where_it_lies_whatever_the_pixels_are(metres_per_pixel):
+    y, x = np.mgrid[0:240, 0:320] * metres_per_pixel
+    middle = (0.55 * y.max(), 0.4 * x.max())
+    image = from_picture(300.0 + np.exp(-((x - middle[1]) ** 2 + (y - middle[0]) ** 2) / 0.003), metres_per_pixel)
+    strongest = find_candidates(image)[0]
+    found_at = np.array([strongest.row + 0.5, strongest.column + 0.5]) * image.metres_per_pixel
+    assert found_at == pytest.approx(np.array(middle) + 0.5 * metres_per_pixel, abs=0.005)
+
+
 # -- candidates and patches --------------------------------------------------------------------------------------
 
 
@@ -78,6 +94,15 @@ def test_warm_and_cold_spots_of_all_sizes_are_found_within_2_cm(contrast, sigma)
     nearest = np.hypot(*(points - (0.65, 0.1)).T)
     assert nearest.min() < 0.02
     assert np.sign(candidates[int(nearest.argmin())].answer) == np.sign(contrast)
+
+
+def test_a_wide_weak_spot_is_not_lost_among_small_strong_ones():
+    rng = np.random.default_rng(1)
+    soil = cv2.GaussianBlur(rng.normal(0, 1, (93, 139)).astype(np.float32), (0, 0), 1.5)
+    y, x = np.mgrid[0:93, 0:139]
+    mine = 0.9 * np.exp(-0.5 * ((x - 70) ** 2 + (y - 45) ** 2) / 4.5**2)
+    first = find_candidates(from_picture(300.0 + 0.35 * soil / soil.std() + mine, 0.01))[:3]
+    assert min(np.hypot(c.row - 45, c.column - 70) for c in first) < 3
 
 
 def test_candidates_are_capped():

@@ -6,10 +6,11 @@ The upper edge is the far end: row 0 is the largest x of base_link, column 0 the
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
+import numpy.ma  # np.median fetches it at its first call, in the midst of a frame
 from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
@@ -17,6 +18,10 @@ from rover.errors import BadInput
 from rover.vision.camera import CameraModel
 
 METRES_PER_PIXEL = 0.01
+# A picture taken from straight above whose pixels are coarser than METRES_PER_PIXEL keeps them up to this size.
+COARSEST = 0.02
+# A median over more pixels than this is taken from one in four.
+MANY = 20_000
 # Beyond this range ahead a pixel of the smallest camera covers more than 1.5 cm of ground.
 FAR_END = 1.15
 
@@ -43,7 +48,10 @@ class GroundImage:
     @cached_property
     def median(self) -> float:
         """Robust background: median of the valid temperatures, kelvin."""
-        return float(np.median(self.kelvin[self.valid])) if self.known_median is None else self.known_median
+        if self.known_median is not None:
+            return self.known_median
+        step = 2 if self.kelvin.size > MANY else 1
+        return float(np.median(self.kelvin[::step, ::step][self.valid[::step, ::step]]))
 
     def to_base(self, rows_columns: NDArray[np.float64]) -> NDArray[np.float64]:
         """Pixels (N, 2) as (row, column) to base_link (N, 2), metres."""
@@ -95,8 +103,16 @@ class GroundRectifier:
         return GroundImage(kelvin, self.valid, self._scale, self._far, self._left, eye, median)
 
 
+@lru_cache(maxsize=4)
+def rectifier_of(camera: CameraModel) -> GroundRectifier:
+    """The rectifier of a camera; its tables are made once."""
+    return GroundRectifier(camera)
+
+
 def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> GroundImage:
-    """A picture that was taken straight from above, resampled to METRES_PER_PIXEL; its centre becomes the origin.
+    """A picture that was taken straight from above, its centre becomes the origin.
+
+    Resampled to METRES_PER_PIXEL; where its own pixels are coarser they stay as they are up to COARSEST.
 
     picture: (h, w), kelvin or any other scale. Raises BadInput for anything but a finite picture of one channel.
     """
@@ -105,9 +121,9 @@ def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> Grou
         raise BadInput(f"picture of shape {picture.shape}: one channel of finite values is expected")
     if not 1e-4 < metres_per_pixel < 1.0:
         raise BadInput(f"metres_per_pixel = {metres_per_pixel:g}: a value between 0.0001 and 1 is expected")
-    factor = metres_per_pixel / METRES_PER_PIXEL
+    scale = min(max(metres_per_pixel, METRES_PER_PIXEL), COARSEST)
+    factor = metres_per_pixel / scale
     size = tuple(max(1, round(n * factor)) for n in picture.shape[::-1])
     kelvin = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if factor < 1.0 else cv2.INTER_LINEAR)
     rows, columns = kelvin.shape
-    far, left = (rows - 1) / 2 * METRES_PER_PIXEL, (columns - 1) / 2 * METRES_PER_PIXEL
-    return GroundImage(kelvin, np.ones(kelvin.shape, bool), METRES_PER_PIXEL, far, left)
+    return GroundImage(kelvin, np.ones(kelvin.shape, bool), scale, (rows - 1) / 2 * scale, (columns - 1) / 2 * scale)

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import cv2
@@ -46,6 +47,7 @@ STATISTICS = (
     "spread of the ground",
     "occupied share",
     "extent",
+    "strength",
     "range",
 )
 LENGTH = 3 * SIDE * SIDE + len(STATISTICS)
@@ -93,6 +95,7 @@ def describe(image: GroundImage, candidates: Sequence[Candidate]) -> NDArray[np.
             np.arcsinh(spread[:, 0]),
             occupied.mean(axis=1),
             [candidate.extent for candidate in candidates],
+            np.arcsinh([candidate.strength for candidate in candidates]),
             _range(image, candidates),
         )
     )
@@ -121,11 +124,12 @@ def _surroundings(image: GroundImage, candidates: Sequence[Candidate]) -> tuple[
     Where the picture ends nothing is known: the wide patch is zero there, and the circles leave it out.
     """
     count = len(candidates)
-    plain = np.where(image.valid, image.kelvin - np.float32(image.median), np.float32(0.0))
-    weight = image.valid.astype(np.float32)
+    # Outside the picture this is zero: there the image holds its median.
+    plain = image.kelvin - np.float32(image.median)
+    mask, shape = image.valid.tobytes(), image.valid.shape
 
     step = SOFT / image.metres_per_pixel
-    soft, share = _soften(plain, step), _soften(weight, step)
+    soft, share = _soften(plain, step), _share(mask, shape, step)
     rows, columns = _CIRCLE_ROWS / image.metres_per_pixel, _CIRCLE_COLUMNS / image.metres_per_pixel
     known = _sample(share, candidates, rows, columns, step, outside=0.0).reshape(count, len(CIRCLES), POINTS)
     value = _sample(soft, candidates, rows, columns, step, outside=0.0).reshape(known.shape)
@@ -152,12 +156,18 @@ def _surroundings(image: GroundImage, candidates: Sequence[Candidate]) -> tuple[
     )
 
     step = WIDE_METRES_PER_PIXEL / image.metres_per_pixel
-    soft, share = _soften(plain, step), _soften(weight, step)
+    soft, share = _soften(plain, step), _share(mask, shape, step)
     offsets = (np.arange(SIDE, dtype=np.float32) - (SIDE - 1) / 2.0) * step
     rows, columns = np.meshgrid(offsets, offsets, indexing="ij")
     part = _sample(share, candidates, rows, columns, step, outside=0.0)
     wide = _sample(soft, candidates, rows, columns, step, outside=0.0) / np.maximum(part, 0.05) - ground
     return np.where(part > 0.5, np.arcsinh(2.0 * wide), 0.0), numbers
+
+
+@lru_cache(maxsize=8)
+def _share(mask: bytes, shape: tuple[int, int], step: float) -> NDArray[np.float32]:
+    """How much of the square of `step` pixels around each pixel lies in the picture; masks repeat."""
+    return _soften(np.frombuffer(mask, np.bool_).reshape(shape).astype(np.float32), step)
 
 
 def _soften(picture: NDArray[np.float32], step: float) -> NDArray[np.float32]:

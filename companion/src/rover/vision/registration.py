@@ -20,8 +20,8 @@ from rover.vision.homography import apply_homography
 from rover.vision.matching import MatchSettings, match_features
 from rover.vision.plausible import impossible, overlap
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
-from rover.vision.refine import RefineSettings, refine_from_afar, refine_homography
-from rover.vision.verify import agreement
+from rover.vision.refine import RefineSettings, refine_from_afar
+from rover.vision.verify import agreement, disagreeing_share
 
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
@@ -41,12 +41,14 @@ class RegistrationSettings:
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
     min_kept: share of the inliers that must still agree after the refinement; with fewer it is not used.
+    rival: share of as many matches that may agree with another place: of two windows that look alike, which is it?
     min_overlap: share of A that must lie in B: beyond, the homography is a guess. min_agreement: see `agreement`.
     coarse: of the way by a similarity: how far a match may lie from where it is put, a share of B's width;
     coarse_inliers: matches that must agree so far; coarse_rival: share of as many that may agree with something
     else; coarse_kept: with the refined homography, to `inlier_px`.
-    coarse_overlap, coarse_agreement: what it takes to believe it alone: share that each picture must have of the
-    other, and agreement. better: by how much its agreement must be the higher to be preferred.
+    coarse_overlap, coarse_agreement, coarse_apart: what it takes to believe it alone: share that each picture must
+    have of the other, agreement, and the share of the picture that may disagree nevertheless.
+    better: by how much its agreement must be the higher for it to be preferred.
     """
 
     preprocess: PreprocessSettings = field(
@@ -67,6 +69,7 @@ class RegistrationSettings:
     min_spread: float = 0.01
     refine: RefineSettings = field(default_factory=RefineSettings)
     min_kept: float = 0.6
+    rival: float = 0.5
     min_overlap: float = 0.4
     min_agreement: float = 0.5
     coarse: float = 0.0125
@@ -75,6 +78,7 @@ class RegistrationSettings:
     coarse_kept: int = 6
     coarse_overlap: float = 0.5
     coarse_agreement: float = 0.45
+    coarse_apart: float = 0.25
     better: float = 0.03
     seed: int = 1
 
@@ -150,7 +154,8 @@ def confirm(
 def _refined(
     found: Registration, sharp_a: NDArray[np.uint8], sharp_b: NDArray[np.uint8], settings: RegistrationSettings
 ) -> Registration:
-    homography = refine_homography(sharp_a, sharp_b, found.homography, settings.refine)
+    assert found.homography is not None
+    homography = refine_from_afar(sharp_a, sharp_b, found.homography, settings.refine)
     apart = np.linalg.norm(apply_homography(homography, found.points_a) - found.points_b, axis=1)
     agree = apart <= settings.inlier_px
     if agree.sum() < settings.min_kept * found.inliers:
@@ -186,8 +191,10 @@ def register_prepared(a: Prepared, b: Prepared, settings: RegistrationSettings) 
         better = forth >= settings.min_overlap and other.agreement > found.agreement + settings.better
         return other if better else found
     back = overlap(np.linalg.inv(other.homography), b.sharp.shape, a.sharp.shape)
-    believed = min(forth, back) >= settings.coarse_overlap and other.agreement >= settings.coarse_agreement
-    return other if believed else found
+    if min(forth, back) < settings.coarse_overlap or other.agreement < settings.coarse_agreement:
+        return found
+    apart = disagreeing_share(a.sharp, b.sharp, other.homography)
+    return other if apart <= settings.coarse_apart else found
 
 
 def _by_similarity(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration | None:
@@ -228,6 +235,16 @@ def _by_similarity(a: Prepared, b: Prepared, settings: RegistrationSettings) -> 
     )
 
 
+def _has_rival(
+    homography: Points, points_a: Points, points_b: Points, shape_b: tuple[int, ...], settings: RegistrationSettings
+) -> bool:
+    """True where nearly as many matches as fit the homography agree on something else."""
+    tolerance = max(settings.inlier_px, settings.coarse * shape_b[1])
+    fits = np.linalg.norm(apply_homography(homography, points_a) - points_b, axis=1) <= tolerance
+    _, elsewhere = _similarity(points_a[~fits], points_b[~fits], tolerance, settings)
+    return bool(elsewhere.sum() > settings.rival * fits.sum())
+
+
 def _similarity(
     points_a: Points, points_b: Points, tolerance: float, settings: RegistrationSettings
 ) -> tuple[Points | None, NDArray[np.bool_]]:
@@ -254,9 +271,9 @@ def register_features(
     found = (len(a), len(b))
     in_a, in_b = match_features(a, b, settings.match)
     matches = len(in_a)
-    points_a, points_b = a.points[in_a], b.points[in_b]
-    grouped = clustered_matches(points_a / shape_a[1], points_b / shape_b[1], settings)
-    points_a, points_b = points_a[grouped], points_b[grouped]
+    matched_a, matched_b = a.points[in_a], b.points[in_b]
+    grouped = clustered_matches(matched_a / shape_a[1], matched_b / shape_b[1], settings)
+    points_a, points_b = matched_a[grouped], matched_b[grouped]
     clustered = len(points_a)
     if clustered < settings.min_inliers:
         return Registration("failed", "too few matches", found, matches, clustered)
@@ -269,6 +286,8 @@ def register_features(
     inlier = np.linalg.norm(apply_homography(homography, points_a) - points_b, axis=1) <= settings.inlier_px
     count = int(inlier.sum())
     reason = _objection(homography, points_a[inlier], points_b[inlier], clustered, shape_a, shape_b, settings)
+    if not reason and _has_rival(homography, matched_a, matched_b, shape_b, settings):
+        reason = "another place fits nearly as well"
     if reason:
         return Registration("failed", reason, found, matches, clustered, count)
     points_a, points_b = points_a[inlier], points_b[inlier]

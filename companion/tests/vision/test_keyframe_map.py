@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+from rover.cli.main import invoke
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera_file import load_camera
+from rover.vision.ground_track import camera_in_map
 from rover.vision.keyframe_map import FILE_NAME, KeyframeMap, load_map, save_map
 from rover.vision.localizer import Localizer
 from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture
@@ -163,3 +167,23 @@ def test_a_later_version_is_refused_by_its_number(first_run: tuple[Path, Keyfram
 def test_a_folder_without_a_map_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="no such keyframe map"):
         load_map(tmp_path, CAMERA)
+
+
+def test_a_folder_of_frames_is_tracked_in_the_map_of_an_earlier_run(
+    first_run: tuple[Path, KeyframeMap, Drive], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder, _, path = first_run
+    scene, start = scene_of_run(4), path.poses[len(path.poses) // 3]
+    way = [start.compose(Pose2(0.01 * step, 0.0, 0.0)) for step in range(12)]
+    for step, pose in enumerate(way):
+        cv2.imwrite(str(tmp_path / f"{step:03d}.png"), scene.frame(pose, 0.12 * step, step).counts)
+    options = ["track", str(tmp_path), "--camera", "lepton-160", "--map", str(folder), "--json"]
+    assert invoke([*options, "--ground-plane"]) == 0
+    told = json.loads(capfd.readouterr().out)
+    assert told["tracked"] >= 10
+    assert told["poses"][0]["frame"] <= 2
+    for pose in told["poses"]:
+        position, _ = camera_in_map(way[pose["frame"]], CAMERA)
+        assert math.hypot(pose["x"] - position[0], pose["y"] - position[1]) < 0.04
+    assert invoke(options) == 2
+    assert "--ground-plane" in capfd.readouterr().err

@@ -12,6 +12,7 @@ import typer
 
 from rover.capture.source import FRAME_PERIOD
 from rover.cli.output import write_json, write_text
+from rover.errors import BadInput
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +27,7 @@ Poses are those of the camera (x right, y down, z forward) in the axes of the fi
 tell how large the world is: one unit of length is the distance from the first frame to the plane that it looks at.
 With --ground-plane the camera moves over flat ground on its mount ([mount] in the camera file), and poses are in
 metres: the map's origin lies on the ground, where base_link was at the first tracked frame, x ahead, z up.
+With --map too, poses are in the map of that run, from the second frame on that shows ground which it has seen.
 A frame that cannot be placed is left out.
 
 \b
@@ -33,6 +35,7 @@ Examples:
   rover track frames --camera camera.toml
   rover track frames --camera camera.toml --json | jq '.poses[-1]'
   rover track frames --camera lepton-160 --ground-plane
+  rover track frames --camera lepton-160 --ground-plane --map runs/demo-1
 """
 
 
@@ -42,6 +45,9 @@ def command(
     ground_plane: Annotated[
         bool, typer.Option("--ground-plane", help="Flat ground, camera on its mount: metres.")
     ] = False,
+    known: Annotated[
+        Path | None, typer.Option("--map", metavar="RUN", help="Folder of a run: poses in its map.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
@@ -49,6 +55,8 @@ def command(
     from rover.cli.progress import progress
     from rover.vision.camera_file import load_camera
 
+    if known is not None and not ground_plane:
+        raise BadInput(f"--map {known}: a run's map is one of flat ground: --ground-plane is needed with it")
     model = load_camera(camera, mounted=ground_plane)
     files = files_of(folder)
     pictures = [read_picture(file) for file in files]
@@ -56,7 +64,7 @@ def command(
         model.check_size(picture.shape, str(file))
     begin = time.perf_counter()
     with progress("frames") as advance:
-        poses = _over_ground(pictures, model, advance) if ground_plane else _free(pictures, model, advance)
+        poses = _over_ground(pictures, model, advance, known) if ground_plane else _free(pictures, model, advance)
     each_ms = (time.perf_counter() - begin) * 1e3 / len(files)
     if as_json:
         write_json(document(poses, [file.name for file in files], each_ms))
@@ -74,16 +82,17 @@ def _free(
 
 
 def _over_ground(
-    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
+    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None], known: Path | None
 ) -> Sequence[CameraPose]:
     from rover.capture.frame import Frame
     from rover.vision.ground_track import track_over_ground
+    from rover.vision.keyframe_map import load_map
 
     frames = [
         Frame(picture.astype(np.uint16), index * FRAME_PERIOD, index, kelvin_per_count=None)
         for index, picture in enumerate(pictures)
     ]
-    return track_over_ground(frames, camera, advance)
+    return track_over_ground(frames, camera, advance, None if known is None else load_map(known, camera))
 
 
 def document(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> dict[str, Any]:

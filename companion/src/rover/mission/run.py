@@ -39,6 +39,8 @@ from rover.report.write import write_run
 from rover.vehicle import Vehicle
 from rover.vision.camera import CameraModel
 from rover.vision.camera_file import load_camera
+from rover.vision.keyframe_map import FILE_NAME as KEYFRAMES
+from rover.vision.keyframe_map import save_map
 
 SIMULATED = ("sitl", "emulator")
 """Rigs that bring their own world, camera and port."""
@@ -137,6 +139,9 @@ def run_mission(
     result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
     write_tum(out / "trajectory.tum", run.track.fused)
     write_run(result, out)
+    known = survey.perception.localizer.map
+    if known.frames:
+        save_map(out / KEYFRAMES, known, camera)
     return result
 
 
@@ -184,6 +189,7 @@ def _forget_earlier_run(out: Path) -> None:
         "map.png",
         "detections.geojson",
         "trajectory.tum",
+        KEYFRAMES,
         "truth.tum",
         "truth.json",
         "rig.json",

@@ -18,6 +18,7 @@ from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.vision.camera import CameraModel
 from rover.vision.camera_pose import CameraPose
+from rover.vision.keyframe_map import KeyframeMap
 from rover.vision.localizer import Localizer, LocalizerSettings
 from rover.vision.motion_model import FreeMotionNoise
 
@@ -36,16 +37,21 @@ def camera_in_map(base: Pose2, camera: CameraModel) -> tuple[NDArray[np.float64]
 
 
 def track_over_ground(
-    frames: Sequence[Frame], camera: CameraModel, advance: Callable[[int, int], None] = lambda done, total: None
+    frames: Sequence[Frame],
+    camera: CameraModel,
+    advance: Callable[[int, int], None] = lambda done, total: None,
+    known: KeyframeMap | None = None,
 ) -> list[CameraPose]:
     """Poses in map, metres, of the frames that could be placed; advance: told how many of how many are done.
+
+    known: keyframes of a run; poses are then in that run's map, from the frame on whose ground is recognised.
 
     Raises BadInput for a camera whose mount shows it no ground.
     """
     if not np.isfinite(camera.ground_lookup).any():
         raise BadInput(f"camera {camera.name}: no pixel shows the ground; mount.pitch_deg is positive downwards")
     settings = replace(LocalizerSettings(), motion="frames", free_noise=UNKNOWN_CARRIER)
-    localizer = Localizer(camera, Pose2(0.0, 0.0, 0.0), START_SIGMA, settings)
+    localizer = Localizer(camera, Pose2(0.0, 0.0, 0.0), START_SIGMA, settings, known=known)
     poses = []
     for number, frame in enumerate(frames):
         if localizer.observe(frame).accepted:

@@ -42,6 +42,13 @@ pub fn hang<F: Field>(
     for goal in open(grown, wanted) {
         wanted[goal] = fine.possible(field, start, goals[goal]);
     }
+    let left = open(grown, wanted);
+    if !left.is_empty() {
+        let mut lattice = Lattice::tightest(field, radius);
+        for goal in left {
+            hang_one(field, &mut lattice, grown, goal, goals[goal]);
+        }
+    }
     coarsest
 }
 

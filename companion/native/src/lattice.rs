@@ -63,6 +63,18 @@ impl Lattice {
         }
     }
 
+    /// A lattice of half the finest spacing, with points on the borders of cells and in their middles: for passages into
+    /// which the robot just fits.
+    pub fn tightest<F: Field>(field: &F, radius: f64) -> Self {
+        let half = 0.5 * field.lattice_spacing();
+        let mut lattice = Self::new(field, half, radius);
+        lattice.low = Point::new(lattice.low.x - 0.5 * half, lattice.low.y - 0.5 * half);
+        lattice.columns += 1;
+        lattice.rows += 1;
+        lattice.room = vec![UNKNOWN; lattice.size()];
+        lattice
+    }
+
     /// True when a lattice of this `spacing` over `field` is as large as this one and lies where it lies.
     pub fn fits<F: Field>(&self, field: &F, spacing: f64, radius: f64) -> bool {
         let (low, high) = field.bounds();
@@ -241,15 +253,19 @@ pub fn way<F: Field>(
 ) -> Result<Vec<Point>, bool> {
     let spacings = field.lattice_spacings(radius);
     let ends = [start, goal].map(|p| Stop { p, next: 0 });
-    for &spacing in &spacings {
-        let mut lattice = Lattice::new(field, spacing, radius);
+    let found = |mut lattice: Lattice| {
         let (behind, ahead) = ends.split_at(1);
-        if let Some((_, _, mut way)) = search::joint(&mut lattice, field, behind, ahead) {
-            way.insert(0, start);
-            way.push(goal);
-            return Ok(way);
-        }
-    }
+        let (_, _, way) = search::joint(&mut lattice, field, behind, ahead)?;
+        Some([vec![start], way, vec![goal]].concat())
+    };
     let fine = Lattice::new(field, spacings[spacings.len() - 1], radius);
-    Err(fine.possible(field, start, goal))
+    (spacings.iter())
+        .find_map(|&spacing| found(Lattice::new(field, spacing, radius)))
+        .map(Ok)
+        .unwrap_or_else(|| {
+            if !fine.possible(field, start, goal) {
+                return Err(false);
+            }
+            found(Lattice::tightest(field, radius)).ok_or(true)
+        })
 }

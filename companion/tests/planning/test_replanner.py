@@ -103,9 +103,9 @@ def test_questions_without_sense_get_one_clear_line():
 
 
 def cluttered(rng: np.random.Generator) -> np.ndarray:
-    """8 × 8 m with a third of it under blocks of 0.4 m."""
+    """8 × 8 m with a fifth of it under blocks of 0.4 m."""
     blocked = np.zeros((160, 160), dtype=bool)
-    while blocked.mean() < 0.33:
+    while blocked.mean() < 0.2:
         row, column = rng.integers(0, 152, 2)
         blocked[row : row + 8, column : column + 8] = True
     return blocked

@@ -15,7 +15,7 @@ import numpy as np
 from rover.link.frames import Frame, FrameTransport, SerialFrames
 from rover.link.port import CAN_FRAME_BITS
 from rover.link.transport import Chunk, Transport
-from rover.link.wire_around import WireAround
+from rover.link.wire_around import BytesAround, WireAround
 
 OVERTAKEN_BY = 3
 """Frames that pass one that is reordered."""
@@ -34,26 +34,15 @@ class Disturbance:
     jitter: float = 0.0
 
 
-class NoisyBytes:
+class NoisyBytes(BytesAround):
     """A transport of bytes some of whose bits are wrong."""
 
     def __init__(self, inner: Transport, bit_error_rate: float, rng: np.random.Generator) -> None:
-        self.inner = inner
-        self.port, self.byte_time, self.time_step, self.lead = inner.port, inner.byte_time, inner.time_step, inner.lead
+        super().__init__(inner)
         self.flipped = 0
         """Bits that were turned over so far, both ways."""
         self._rate = bit_error_rate
         self._rng = rng
-
-    @property
-    def bytes_written(self) -> int:
-        """Of the port."""
-        return self.inner.bytes_written
-
-    @property
-    def bytes_read(self) -> int:
-        """Of the port."""
-        return self.inner.bytes_read
 
     def write(self, data: bytes) -> None:
         """Sends `data` with its share of wrong bits."""
@@ -62,10 +51,6 @@ class NoisyBytes:
     def read(self) -> list[Chunk]:
         """What has come, with its share of wrong bits."""
         return [(time, self._spoil(data)) for time, data in self.inner.read()]
-
-    def close(self) -> None:
-        """Closes the port."""
-        self.inner.close()
 
     def _spoil(self, data: bytes) -> bytes:
         count = int(self._rng.binomial(8 * len(data), self._rate))

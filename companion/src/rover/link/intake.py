@@ -13,7 +13,7 @@ from typing import Protocol
 from rover.errors import LinkLost
 from rover.link.frames import Frame, FrameTransport, SerialFrames
 from rover.link.transport import Chunk, Transport
-from rover.link.wire_around import WireAround
+from rover.link.wire_around import BytesAround, WireAround
 
 
 @dataclass
@@ -46,38 +46,22 @@ class Timed(Protocol):
         ...
 
 
-class TappedBytes:
+class TappedBytes(BytesAround):
     """A serial line whose chunks are noted in the cycle. Is a `Transport`."""
 
     def __init__(self, inner: Transport, timed: Timed) -> None:
-        self.port, self.byte_time, self.time_step = inner.port, inner.byte_time, inner.time_step
-        self.lead = 0.0
-        self._inner = inner
+        super().__init__(inner)
         self._timed = timed
-
-    @property
-    def bytes_written(self) -> int:  # type: ignore[override]
-        """See Transport."""
-        return self._inner.bytes_written
-
-    @property
-    def bytes_read(self) -> int:  # type: ignore[override]
-        """See Transport."""
-        return self._inner.bytes_read
 
     def write(self, data: bytes) -> None:
         """See Transport."""
-        self._inner.write(data)
+        self.inner.write(data)
 
     def read(self) -> list[Chunk]:
         """See Transport."""
-        chunks = self._inner.read()
+        chunks = self.inner.read()
         self._timed.cycle.chunks += chunks
         return chunks
-
-    def close(self) -> None:
-        """See Transport."""
-        self._inner.close()
 
 
 class TappedWire(WireAround):

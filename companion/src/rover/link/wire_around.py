@@ -3,6 +3,29 @@
 from __future__ import annotations
 
 from rover.link.frames import Counters, FrameTransport
+from rover.link.transport import Transport
+
+
+class BytesAround:
+    """The same for a transport of bytes: `write` and `read` are the subclass's."""
+
+    def __init__(self, inner: Transport) -> None:
+        self.inner = inner
+        self.port, self.byte_time, self.time_step, self.lead = inner.port, inner.byte_time, inner.time_step, inner.lead
+
+    @property
+    def bytes_written(self) -> int:
+        """Of the inner wire."""
+        return self.inner.bytes_written
+
+    @property
+    def bytes_read(self) -> int:
+        """Of the inner wire."""
+        return self.inner.bytes_read
+
+    def close(self) -> None:
+        """Closes the inner wire."""
+        self.inner.close()
 
 
 class WireAround(FrameTransport):

@@ -52,9 +52,9 @@ class LocalizerSettings:
     motion: Literal["wheels", "frames"] = "wheels"
     track_width: float = 0.20
     gate: float = 16.3
-    floor: tuple[float, float, float] = (0.002, 0.002, 0.002)
-    blur: tuple[float, float, float] = (0.003, 0.003, 0.005)
-    blur_alone: tuple[float, float, float] = (0.0045, 0.0045, 0.0075)
+    floor: tuple[float, float, float] = (0.0015, 0.0015, 0.0017)
+    blur: tuple[float, float, float] = (0.0022, 0.0022, 0.0038)
+    blur_alone: tuple[float, float, float] = (0.005, 0.005, 0.0085)
     doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
     lost_after: int = 3
     max_lag: float = 1.0

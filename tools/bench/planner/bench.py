@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from tools.bench.planner import peers, tables
+from tools.bench.planner import ompl_wheel, peers, table4, tables
 
 TABLES = ("paper", "maps", "fields", "replan")
 
@@ -29,10 +29,15 @@ def main(arguments: list[str]) -> int:
         program, what = peers.build(Path(folder)) if {"paper", "fields"} & set(wanted) else (None, "")
         if what:
             print(f"Peers: {what}.\n")
+        if "paper" in wanted and not ompl_wheel.available():
+            print("OMPL's wheel is not installed (pip install ompl) and left out.\n")
         load = os.getloadavg()[0] / (os.cpu_count() or 1)
         if load > 0.7:
-            print(f"The machine is busy (load {load:.1f} per core): times are too long, ratios hold.\n")
+            print(f"The machine is busy (load {load:.1f} per core): even processor times are longer.\n")
         if "paper" in wanted:
+            print(
+                f"Table 4 of the paper and ours, medians of {options.seeds} seeds:\n\n{table4.table(options.seeds)}\n"
+            )
             found = tables.paper_table(program, options.seeds, options.figure)
             print(f"The paper's field, {options.seeds} seeds:\n\n{found}\n")
         if "maps" in wanted and options.data is None:

@@ -22,7 +22,7 @@ PRIOR = {"obstacle": 0.2, "surface": 0.1, "buried": 0.15, "background": 0.55}
 LEAST_PROBABILITY = 0.03
 MOST_LOG = 6.0
 # All looks at one place share its soil and its model's errors: together they never weigh more than so many.
-MOST_LOOKS = 3.0
+MOST_LOOKS = 4.0
 _PRIOR_VALUES = np.array([PRIOR[name] for name in CLASSES])
 # Viewpoints that differ by less than this (metres, radians) are the same one.
 VIEW_STEP, VIEW_TURN = 0.12, 0.25

@@ -1,0 +1,83 @@
+"""Processor time of detection where kelvin and metres are known: `python -m tools.evaluate.timing`.
+
+One core, medians; the first time a process does it is told beside. Pictures are textured soil, so that as many
+candidates as there may be are looked at.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from statistics import median
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rover.capture.frame import Frame
+from rover.detection.classifier import GROUND, Classifier, default_model
+from rover.detection.detect import DetectSettings, detect
+from rover.detection.ground_image import GroundImage, GroundRectifier, from_picture
+from rover.vision.camera import CameraModel
+from rover.vision.camera_file import load_camera
+
+from tools.evaluate.figures import table
+
+ROUNDS = 31
+PATCHES = 64
+
+
+def soil(width: int, height: int) -> NDArray[np.uint16]:
+    """A picture of textured ground, kelvin × 100."""
+    noise = np.random.default_rng(0).standard_normal((height, width)).astype(np.float32)
+    kelvin = 300.0 + sum(0.3 * size * cv2.GaussianBlur(noise, (0, 0), size) for size in (1.0, 3.0, 8.0))
+    return np.round(100.0 * kelvin).astype(np.uint16)
+
+
+def twice_as_fine(camera: CameraModel) -> CameraModel:
+    """The same view with twice the pixels along both axes."""
+    return replace(
+        camera,
+        width=2 * camera.width,
+        height=2 * camera.height,
+        fx=2 * camera.fx,
+        fy=2 * camera.fy,
+        cx=2 * camera.cx + 0.5,
+        cy=2 * camera.cy + 0.5,
+    )
+
+
+def row(title: str, work: Callable[[], object]) -> list[str]:
+    """Title, median and first processor time, milliseconds."""
+    times = []
+    for _ in range(ROUNDS):
+        begun = time.thread_time()
+        work()
+        times.append(1e3 * (time.thread_time() - begun))
+    return [title, f"{median(times):.1f}", f"{times[0]:.1f}"]
+
+
+def main() -> None:
+    """Prints the table."""
+    cv2.setNumThreads(1)
+    classifier, camera = Classifier(default_model(GROUND), GROUND), load_camera("lepton-160")
+
+    def found(image: GroundImage) -> object:
+        return detect(image, classifier, DetectSettings())
+
+    picture = soil(320, 240).astype(np.float32) / np.float32(100.0)
+    rows = [
+        row(f"320x240 from above, {100 * scale:g} cm a pixel", lambda scale=scale: found(from_picture(picture, scale)))
+        for scale in (0.005, 0.01, 0.02)
+    ]
+    for model in (twice_as_fine(camera), camera):
+        rectifier, frame = GroundRectifier(model), Frame(soil(model.width, model.height), 0.0, 0)
+        title = f"{model.width}x{model.height} of a mounted camera, as in a mission"
+        rows.append(row(title, lambda rectifier=rectifier, frame=frame: found(rectifier.rectify(frame))))
+    vectors = np.zeros((PATCHES, classifier.length), np.float32)
+    rows.append(row(f"the network alone, {PATCHES} candidates", lambda: classifier.predict(vectors)))
+    print(table(["", "ms", "the first time"], rows))
+
+
+if __name__ == "__main__":
+    main()

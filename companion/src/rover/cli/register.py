@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,21 +24,35 @@ answered.
 Examples:
   rover register a.tif b.tif
   rover register graf/img1.png graf/img2.png --json | jq .homography
+  rover register a.tif b.tif --cluster position
 """
+
+
+class ClusterName(str, Enum):
+    """What matched keypoints are clustered by."""
+
+    DISPLACEMENT = "displacement"
+    POSITION = "position"
 
 
 def command(
     a: Annotated[Path, typer.Argument(metavar="A", help="Picture, 8 or 16 bits.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="Picture, 8 or 16 bits.")],
+    cluster: Annotated[
+        ClusterName, typer.Option(help="What DBSCAN groups matches by; position, ε 20 px of 320, is the paper's.")
+    ] = ClusterName.DISPLACEMENT,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
     from rover.capture.picture import read_picture
-    from rover.vision.registration import register
+    from rover.vision.registration import PAPER_EPSILON, RegistrationSettings, register
 
     picture_a, picture_b = read_picture(a), read_picture(b)
+    settings = RegistrationSettings()
+    if cluster is ClusterName.POSITION:
+        settings = replace(settings, cluster="position", epsilon=PAPER_EPSILON)
     begin = time.perf_counter()
-    found = register(picture_a, picture_b)
+    found = register(picture_a, picture_b, settings)
     time_ms = (time.perf_counter() - begin) * 1e3
     if as_json:
         write_json(document(found, time_ms))
@@ -57,6 +73,7 @@ def document(found: Registration, time_ms: float) -> dict[str, Any]:
         "homography": None if found.homography is None else found.homography.tolist(),
         "rmse_before_px": found.rmse_before,
         "rmse_after_px": found.rmse_after,
+        "agreement": found.agreement,
         "time_ms": round(time_ms, 3),
     }
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 from flir_sample import MODEL, counts_of, flir_file, jpeg_with
-from rover.capture.radiometric import read_thermogram
+from rover.capture.radiometric import read_thermogram, spikes
 from rover.errors import BadInput
 
 KELVIN = np.linspace(280.0, 310.0, 48 * 64).reshape(48, 64)
@@ -101,6 +101,21 @@ def test_a_flipped_bit_in_a_compressed_payload_is_noticed(tmp_path):
     whole[whole.index(b"IDAT") + 200] ^= 1
     with pytest.raises(BadInput, match="wrong CRC"):
         decode(tmp_path, bytes(whole))
+
+
+def test_a_flipped_high_bit_in_an_uncompressed_payload_is_noticed_by_its_pixel(tmp_path):
+    counts = counts_of(KELVIN)
+    decode(tmp_path, jpeg_with(flir_file(counts, "raw", "<")))
+    counts[20, 30] ^= 1 << 14
+    with pytest.raises(BadInput, match="1 far off all"):
+        decode(tmp_path, jpeg_with(flir_file(counts, "raw", "<")))
+
+
+def test_a_hot_spot_as_a_lens_draws_it_is_no_damage():
+    spot = np.full((48, 64), 290.0, np.float32)
+    spot[20, 30] = 900.0
+    assert spikes(spot) == 1
+    assert spikes(cv2.GaussianBlur(spot, (0, 0), 0.6)) == 0
 
 
 def test_a_missing_part_of_the_record_is_named(tmp_path):

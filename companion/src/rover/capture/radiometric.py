@@ -20,6 +20,11 @@ OUTDOORS_KELVIN = (203.0, 423.0)
 """Where a picture must lie whose file does not say what its 16-bit counts mean."""
 
 
+SPIKE_KELVIN, SPIKE_RATIO = 30.0, 5.0
+"""How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
+of four cameras none lies beyond by more than 6 K or by more than its neighbours' range."""
+
+
 @dataclass(frozen=True, eq=False)
 class Thermogram:
     """camera: as the file names it. kelvin: (H, W) float32, NaN where the sensor's count means no temperature."""
@@ -63,7 +68,28 @@ def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
 def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:
     kelvin = content.radiometry.kelvin(content.raw)
     _check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
+    alone = spikes(kelvin)
+    if alone:
+        raise BadInput(f"{name}: damaged thermal record: pixels that no lens draws, {alone} far off all their neighbours")
     return Thermogram(content.model or camera or "unknown", kelvin)
+
+
+def spikes(kelvin: NDArray[np.float32]) -> int:
+    """Number of pixels that lie far beyond all their eight neighbours, which are like each other.
+
+    A lens spreads the smallest and hottest spot over its neighbours; a flipped bit does not. NaN counts for nothing.
+    """
+    around = np.pad(kelvin, 1, mode="edge")
+    height, width = kelvin.shape
+    beside = [
+        around[row : row + height, column : column + width]
+        for row in range(3)
+        for column in range(3)
+        if (row, column) != (1, 1)
+    ]
+    lowest, highest = np.minimum.reduce(beside), np.maximum.reduce(beside)
+    beyond = np.maximum(kelvin - highest, lowest - kelvin)
+    return int(((beyond > SPIKE_KELVIN) & (beyond > SPIKE_RATIO * (highest - lowest))).sum())
 
 
 def _of_counts(picture: NDArray[np.uint8] | NDArray[np.uint16], name: str) -> Thermogram:

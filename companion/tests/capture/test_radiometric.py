@@ -107,7 +107,7 @@ def test_a_flipped_high_bit_in_an_uncompressed_payload_is_noticed_by_its_pixel(t
     counts = counts_of(KELVIN)
     decode(tmp_path, jpeg_with(flir_file(counts, "raw", "<")))
     counts[20, 30] ^= 1 << 14
-    with pytest.raises(BadInput, match="1 far off all"):
+    with pytest.raises(BadInput, match="1 pixels far off all"):
         decode(tmp_path, jpeg_with(flir_file(counts, "raw", "<")))
 
 

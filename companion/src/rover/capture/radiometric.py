@@ -70,7 +70,7 @@ def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:
     _check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
     alone = spikes(kelvin)
     if alone:
-        raise BadInput(f"{name}: damaged thermal record: pixels that no lens draws, {alone} far off all their neighbours")
+        raise BadInput(f"{name}: damaged thermal record: {alone} pixels far off all their neighbours")
     return Thermogram(content.model or camera or "unknown", kelvin)
 
 

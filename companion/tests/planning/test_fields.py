@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import cv2
@@ -148,3 +149,32 @@ def test_real_maps_are_planned_no_longer_than_the_octile_optimum():
 def test_the_paper_field_is_the_one_the_tests_speak_of():
     assert len(paper.OBSTACLES) == 10
     assert paper.field().clearance([paper.START])[0] > paper.RADIUS
+
+
+def test_a_passage_into_which_the_robot_just_fits_is_found_with_every_seed():
+    blocked = np.ones((60, 120), dtype=bool)
+    blocked[2:58, 2:30] = blocked[2:58, 90:118] = False
+    blocked[28:32, 30:90] = False  # 0.2 m wide and 3 m long for a robot of 0.2 m: its middle lies between cells
+    for seed in range(5):
+        result = plan(GridField(blocked, 0.05), (0.5, 0.5), [(5.5, 2.5)], robot_radius=0.1, seed=seed)
+        assert result.ok
+    blocked[31, 60] = True
+    assert plan(GridField(blocked, 0.05), (0.5, 0.5), [(5.5, 2.5)], robot_radius=0.1).unreachable == (0,)
+
+
+def test_a_budget_also_ends_what_makes_a_first_tour_better():
+    rng = np.random.default_rng(1)
+    blocked = np.zeros((600, 600), dtype=bool)
+    for row, column in rng.integers(0, 590, (1200, 2)):
+        blocked[row : row + 10, column : column + 10] = True
+    goals = [(x, y) for x in (3.0, 15.0, 27.0) for y in (3.0, 15.0, 27.0)]
+    for x, y in [*goals, (9.0, 9.0)]:
+        blocked[int(y / 0.05) - 12 : int(y / 0.05) + 12, int(x / 0.05) - 12 : int(x / 0.05) + 12] = False
+    took = {}
+    for budget_ms in (0.0, None):
+        field = GridField(blocked, 0.05)
+        began = time.thread_time()
+        result = plan(field, (9.0, 9.0), goals, robot_radius=0.1, any_order=True, budget_ms=budget_ms)
+        took[budget_ms] = time.thread_time() - began
+        assert len(result.order) + len(result.unreachable) == len(goals)
+    assert took[0.0] < 0.85 * took[None]

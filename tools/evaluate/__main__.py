@@ -1,6 +1,6 @@
 """`python -m tools.evaluate [--data DIR]`: every table of docs/detection.md, made anew.
 
-Without --data the part about real pictures is left out. Takes minutes: about twenty networks are trained.
+Without --data the part about real pictures is left out. With it, sixteen networks and their rivals are trained.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
 from sklearn.exceptions import ConvergenceWarning
 
-from tools.evaluate.real import evaluate_real
+from tools.evaluate.real import OWN, evaluate_real
 from tools.evaluate.report import real_section
 from tools.evaluate.shown import write_worst
 from tools.evaluate.synthetic import synthetic_section
@@ -33,7 +33,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tools.evaluate", description=__doc__)
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--epochs", type=int, default=4)
+    parser.add_argument("--jobs", type=int, default=2, help="folds of real pictures that are worked at together")
     parser.add_argument("--drives", type=int, default=20, help="synthetic fields that are driven over")
     parser.add_argument("--no-rivals", action="store_true", help="this network alone")
     parser.add_argument("--cache", type=Path, help="folder that keeps the vectors for another round")
@@ -49,9 +49,9 @@ def main() -> None:
     sections = [_head(ground, shipped, options)]
     if options.data is not None:
         real = evaluate_real(
-            Path(options.data), options.seed, options.epochs, options.cache, not options.no_rivals, shipped
+            Path(options.data), options.seed, options.cache, not options.no_rivals, options.jobs, shipped
         )
-        write_worst(real.grouped["this network"], real.records, options.pictures)
+        write_worst(real.grouped[OWN], real.records, options.pictures)
         sections.append(real_section(real))
     sections.append(synthetic_section(ground, options.drives, options.cache))
     sections.append(NO_CONCLUSION)
@@ -63,15 +63,16 @@ def _head(ground: Classifier, pictures: Classifier, options: argparse.Namespace)
     more = "".join((" --no-rivals" if options.no_rivals else "", " --data DIR" if options.data is not None else ""))
     return f"""# Detection: how well, and how that is known
 
-Made by `python -m tools.evaluate --seed {options.seed} --epochs {options.epochs} --drives {options.drives}{more}`
+Made by `python -m tools.evaluate --seed {options.seed} --drives {options.drives}{more}`
 (`make evaluate`) with the networks `{ground.sha256[:12]}…` for ground and
 `{pictures.sha256[:12]}…` for pictures. How they were trained stands in
 [their card](../companion/models/README.md). Pictures of the worst misses and false alarms are written to
 `{options.pictures.as_posix()}`; they show data that is not part of this repository.
 
-A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. 991 numbers tell the network
-about it: a thermal and an occupancy patch (paper section 3.2.1), circles around its middle in units of its own size,
-kelvin and metres where the camera knows them. The network has the paper's 256 and 128 units and a softmax."""
+A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. A thermal and an occupancy patch
+(paper section 3.2.1) and numbers about its surroundings tell the network about it: in kelvin and metres where the
+camera knows them, else in units of its own size and of the picture. Both networks have the paper's 256 and 128 units
+and a softmax."""
 
 
 if __name__ == "__main__":

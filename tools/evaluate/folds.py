@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rover.detection.picture_detect import MOST, thin
 
 from tools.evaluate.figures import f1
+from tools.train.picture_hits import HIGHEST, hit
 from tools.train.picture_samples import (
     BACKGROUND,
     BOX,
@@ -23,23 +24,22 @@ from tools.train.picture_samples import (
 )
 from tools.train.records import Record
 
-# Whole pictures count up to this height, metres; the rate of false alarms at which Pd is read off.
-HIGHEST, FALSE_ALARMS = 4.0, 0.3
+# The rate of false alarms at which Pd is read off.
+FALSE_ALARMS = 0.3
 RANDOM_PARTS = 3
-# A detection counts within the box and 10 cm around it. Heights are unreliable, so 10 cm are told by the boxes: buried
-# mines are about 27 cm wide in them, surface mines 15 cm; the lesser halo of the two serves for both.
-HALO = 0.37
-
+# Zones held out for the learning curve, and the buried zones that are learned from, one more at a time.
+FEW_ZONES = {"1": ("3", "9"), "7": ("1", "9")}
 Judge = Callable[[NDArray[np.intp]], NDArray[np.floating]]
 """Probabilities (N, 3) of surface, buried and background for rows of the samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """name; held_out: pictures (P,) bool that are tested on."""
+    """name; held_out: pictures (P,) bool that are tested on; known: that are learned from."""
 
     name: str
     held_out: NDArray[np.bool_]
+    known: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,18 @@ class Outcome:
     pictures: int
     candidates: tuple[NDArray[np.int64], NDArray[np.floating]]
 
-    def figures(self) -> dict[str, float]:
+    def answers(self, threshold: float) -> NDArray[np.int64]:
+        """Class of every box and window: the likelier kind of mine where both together reach the threshold."""
+        return np.where(1.0 - self.p[:, 2] >= threshold, self.p[:, :2].argmax(axis=1) + SURFACE, BACKGROUND)
+
+    def figures(self, threshold: float) -> dict[str, float]:
         """F1 of mine, surface and buried, and Pd at FALSE_ALARMS a picture, with the halo and without."""
-        kind = self.p.argmax(axis=1) + SURFACE
+        answer = self.answers(threshold)
         told = self.truth != MINE_UNKNOWN
         return {
-            "mine": f1(self.truth != BACKGROUND, self.p[:, 2] < 0.5),
-            "surface": f1(self.truth[told] == SURFACE, kind[told] == SURFACE),
-            "buried": f1(self.truth[told] == BURIED, kind[told] == BURIED),
+            "mine": f1(self.truth != BACKGROUND, answer != BACKGROUND),
+            "surface": f1(self.truth[told] == SURFACE, answer[told] == SURFACE),
+            "buried": f1(self.truth[told] == BURIED, answer[told] == BURIED),
             "pd": self.pd_at(FALSE_ALARMS),
             "pd strict": self.pd_at(FALSE_ALARMS, strict=True),
         }
@@ -104,16 +108,25 @@ class Outcome:
 
 def grouped_folds(records: Sequence[Record]) -> list[Fold]:
     """Each zone, then each session."""
-    zones, sessions = sorted({r.zone for r in records}), sorted({r.session for r in records})
-    return [Fold(f"zone {z}", np.array([r.zone == z for r in records])) for z in zones] + [
-        Fold(f"session {s}", np.array([r.session == s for r in records])) for s in sessions
-    ]
+    zone, session = np.array([r.zone for r in records]), np.array([r.session for r in records])
+    folds = [Fold(f"zone {z}", zone == z, zone != z) for z in sorted(set(zone.tolist()))]
+    return folds + [Fold(f"session {s}", session == s, session != s) for s in sorted(set(session.tolist()))]
 
 
 def random_folds(records: Sequence[Record], seed: int) -> list[Fold]:
     """Pictures dealt out at random: neighbours of every test picture are trained on. It flatters."""
     part = np.random.default_rng([seed, 86]).integers(0, RANDOM_PARTS, len(records))
-    return [Fold(f"random {i + 1}", part == i) for i in range(RANDOM_PARTS)]
+    return [Fold(f"random {i + 1}", part == i, part != i) for i in range(RANDOM_PARTS)]
+
+
+def few_zones_folds(records: Sequence[Record]) -> list[tuple[int, Fold]]:
+    """Some zones held out, with so many others to learn from."""
+    zone = np.array([r.zone for r in records])
+    folds = []
+    for held_out, others in FEW_ZONES.items():
+        for count in range(1, len(others) + 1):
+            folds.append((count, Fold(f"zone {held_out}", zone == held_out, np.isin(zone, others[:count]))))
+    return folds
 
 
 def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], judge: Judge) -> Outcome:
@@ -148,10 +161,14 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
     )
 
 
-def hit(record: Record, spot: Sequence[float], around: float = HALO) -> int:
-    """The box whose halo holds the middle of a spot."""
-    for index, box in enumerate(record.boxes):
-        halo = around * box.side
-        if abs(spot[0] - box.x) < 0.5 * box.width + halo and abs(spot[1] - box.y) < 0.5 * box.height + halo:
-            return index
-    return -1
+def thresholds(outcomes: Sequence[Outcome]) -> list[float]:
+    """For each fold the threshold with the best F1 of mines in the other folds of its sort (zones, sessions, ...)."""
+    found = []
+    for outcome in outcomes:
+        sort = outcome.name.split()[0]
+        others = [o for o in outcomes if o is not outcome and o.name.split()[0] == sort]
+        truth = np.concatenate([o.truth for o in others]) != BACKGROUND
+        score = np.concatenate([1.0 - o.p[:, 2] for o in others])
+        steps = np.unique(score)
+        found.append(float(steps[np.argmax([f1(truth, score >= step) for step in steps])]))
+    return found

@@ -1,63 +1,97 @@
-"""Real pictures: the network and its rivals on the same folds."""
+"""Real pictures: the network and its rivals on the same folds, the same candidates and the same numbers."""
 
 from __future__ import annotations
 
-import sys
+import multiprocessing
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
 from rover.detection.classifier import CLASSES, Classifier
 
-from tools.evaluate.folds import HIGHEST, Fold, Outcome, grouped_folds, hit, judge_fold, random_folds
-from tools.evaluate.rivals import patches, rivals
+from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
+from tools.evaluate.rivals import rival_judge, rivals
 from tools.train.measure import fit_pictures, softmax
-from tools.train.network import fit
-from tools.train.picture_recipe import picture_samples, picture_set
-from tools.train.picture_samples import (
-    BACKGROUND,
-    BOX,
-    BURIED,
-    CANDIDATE,
-    JITTERED,
-    SURFACE,
-    WINDOW,
-    PictureSamples,
-)
+from tools.train.picture_hits import HIGHEST, hit
+from tools.train.picture_recipe import learn, picture_samples
+from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
 from tools.train.records import Record, read_records
 
 THREE = (SURFACE, BURIED, BACKGROUND)
-# Candidates without a mine that a rival learns from, of one picture.
-RIVAL_GROUND = 2
+OWN = "this network"
 
 
 @dataclass(frozen=True, eq=False)
 class RealResults:
-    """Outcomes per classifier and kind of split, and the pictures that they are about."""
+    """Outcomes of zones and sessions held out by classifier, and of the network alone: of pictures dealt out at random,
+    and of zones after learning from so many others.
+
+    ceiling: mines of pictures up to HIGHEST with a candidate at their place, with one of their size there too, all.
+    trained_on: what the shipped model says of the pictures that it learned from.
+    """
 
     grouped: dict[str, list[Outcome]]
-    dealt: dict[str, list[Outcome]]
+    dealt: list[Outcome]
+    few: dict[int, list[Outcome]]
     records: list[Record]
-    ceiling: tuple[int, int]
+    ceiling: tuple[int, int, int]
     trained_on: Outcome
 
 
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """What every process needs; inherited by them, not sent."""
+
+    samples: PictureSamples
+    records: Sequence[Record]
+    seed: int
+
+
+_work: list[_Work] = []
+
+
 def evaluate_real(
-    data: Path, seed: int, epochs: int, cache: Path | None, with_rivals: bool, classifier: Classifier
+    data: Path, seed: int, cache: Path | None, with_rivals: bool, jobs: int, classifier: Classifier
 ) -> RealResults:
-    """Every fold of every classifier. Takes minutes."""
+    """Every fold of every classifier, `jobs` at a time; progress on stderr."""
     records = read_records(data)
     samples = picture_samples(records, seed, cache)
-    grouped: dict[str, list[Outcome]] = {}
-    dealt: dict[str, list[Outcome]] = {}
-    for split, folds in ((grouped, grouped_folds(records)), (dealt, random_folds(records, seed))):
-        split["this network"] = [_network(fold, samples, records, seed, epochs) for fold in folds]
-        for name in rivals(seed) if with_rivals else ():
-            split[name] = [_rival(name, fold, samples, records, seed) for fold in folds]
-    shipped = _trained_on(samples, records, classifier)
-    return RealResults(grouped, dealt, records, _ceiling(samples, records), shipped)
+    few = few_zones_folds(records)
+    tasks = [(fold, with_rivals) for fold in grouped_folds(records)]
+    tasks += [(fold, False) for fold in (*random_folds(records, seed), *(fold for _, fold in few))]
+    _work[:] = [_Work(samples, records, seed)]
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("fork")) as pool:
+        working = pool.map(_judged, tasks)
+        found = list(track(working, "folds of real pictures", len(tasks), console=Console(stderr=True)))
+    held_out = len(grouped_folds(records))
+    curve: dict[int, list[Outcome]] = {}
+    for (zones, _), outcomes in zip(few, found[len(found) - len(few) :], strict=True):
+        curve.setdefault(zones, []).append(outcomes[OWN])
+    return RealResults(
+        {name: [outcomes[name] for outcomes in found[:held_out]] for name in found[0]},
+        [outcomes[OWN] for outcomes in found[held_out : len(found) - len(few)]],
+        curve,
+        records,
+        _ceiling(samples, records),
+        _trained_on(samples, records, classifier),
+    )
+
+
+def _judged(task: tuple[Fold, bool]) -> dict[str, Outcome]:
+    """Outcomes by classifier: the network learns from what is not held out, its rivals from the same rows on disk."""
+    (fold, with_rivals), work = task, _work[0]
+    samples = work.samples
+    learned = learn(samples, fold.known[samples.picture], work.seed)
+    judges = {OWN: lambda rows: learned.probabilities(samples.vectors[rows])}
+    if with_rivals:
+        for name, model in rivals(work.seed).items():
+            judges[name] = rival_judge(name, model, samples, work.records, learned, work.seed)
+    return {name: judge_fold(fold, samples, work.records, judge) for name, judge in judges.items()}
 
 
 def calibrated(outcomes: Sequence[Outcome]) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
@@ -74,58 +108,17 @@ def calibrated(outcomes: Sequence[Outcome]) -> tuple[NDArray[np.int64], NDArray[
     return np.concatenate(truths), np.concatenate(answers)
 
 
-def _network(fold: Fold, samples: PictureSamples, records: Sequence[Record], seed: int, epochs: int) -> Outcome:
-    network = fit(*picture_set(samples, ~fold.held_out[samples.picture], seed), epochs, seed)
-
-    def judge(rows: NDArray[np.intp]) -> NDArray[np.floating]:
-        return softmax(network.logits(samples.vectors[rows].astype(np.float32))[:, THREE])
-
-    return _told("this network", judge_fold(fold, samples, records, judge))
-
-
-def _rival(name: str, fold: Fold, samples: PictureSamples, records: Sequence[Record], seed: int) -> Outcome:
-    rng = np.random.default_rng([seed, 87])
-    known = ~fold.held_out[samples.picture] & (samples.round == 0)
-    mines = known & np.isin(samples.what, (BOX, JITTERED)) & np.isin(samples.truth, (SURFACE, BURIED))
-    plain = known & (samples.what == CANDIDATE) & (samples.truth == BACKGROUND)
-    ground = np.nonzero(plain)[0]
-    few = rng.permutation(ground)[: RIVAL_GROUND * len(np.unique(samples.picture[ground]))]
-    rows = np.sort(np.concatenate((np.nonzero(mines | (known & (samples.what == WINDOW)))[0], few)))
-    model = rivals(seed)[name].fit(patches(samples, records, rows), samples.truth[rows])
-
-    def judge(chosen: NDArray[np.intp]) -> NDArray[np.floating]:
-        if not len(chosen):
-            return np.zeros((0, 3))
-        shown = patches(samples, records, chosen)
-        told = hasattr(model, "predict_proba")
-        scores = model.predict_proba(shown) if told else softmax(_margins(model.decision_function(shown)))
-        p = np.zeros((len(chosen), 3))
-        p[:, [c - SURFACE for c in model.classes_]] = scores
-        return p
-
-    return _told(name, judge_fold(fold, samples, records, judge))
-
-
-def _margins(scores: NDArray[np.floating]) -> NDArray[np.floating]:
-    """(N, classes) also where two classes have one margin between them."""
-    return scores if scores.ndim == 2 else np.column_stack((-scores, scores))
-
-
-def _told(name: str, outcome: Outcome) -> Outcome:
-    figures = ", ".join(f"{key} {value:.3f}" for key, value in outcome.figures().items())
-    print(f"{name}: {outcome.name}: {figures}", file=sys.stderr, flush=True)
-    return outcome
-
-
-def _ceiling(samples: PictureSamples, records: Sequence[Record]) -> tuple[int, int]:
-    """Mines of pictures up to HIGHEST that at least one candidate would count for, and all of them."""
-    low = {i for i, record in enumerate(records) if record.height <= HIGHEST}
-    hits = set()
-    for row in np.nonzero((samples.round == 0) & (samples.what == CANDIDATE))[0].tolist():
+def _ceiling(samples: PictureSamples, records: Sequence[Record]) -> tuple[int, int, int]:
+    low = [i for i, record in enumerate(records) if record.height <= HIGHEST]
+    here = (samples.round == 0) & (samples.what == CANDIDATE) & np.isin(samples.picture, low)
+    near, fitting = set(), set()
+    for row in np.nonzero(here)[0].tolist():
         picture = int(samples.picture[row])
-        if picture in low and (box := hit(records[picture], samples.spots[row].tolist())) >= 0:
-            hits.add((picture, box))
-    return len(hits), sum(len(records[i].boxes) for i in low)
+        if (box := hit(records[picture], samples.spots[row].tolist())) >= 0:
+            near.add((picture, box))
+        if samples.truth[row] in (SURFACE, BURIED, MINE_UNKNOWN):
+            fitting.add((picture, int(samples.box[row])))
+    return len(near), len(fitting), sum(len(records[i].boxes) for i in low)
 
 
 def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: Classifier) -> Outcome:
@@ -136,5 +129,5 @@ def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: 
         three = p[:, [classifier.classes.index(CLASSES[i]) for i in THREE]]
         return three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
 
-    everything = Fold("trained on", np.ones(len(records), bool))
-    return _told("shipped model", judge_fold(everything, samples, records, judge))
+    everything = np.ones(len(records), bool)
+    return judge_fold(Fold("trained on", everything, everything), samples, records, judge)

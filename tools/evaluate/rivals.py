@@ -1,4 +1,4 @@
-"""Classifiers to compare with, on the same splits: all see plain 16x16 patches, nothing else."""
+"""Classifiers to compare with, on the same splits and candidates."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
-from tools.train.picture_samples import PictureSamples
+from tools.evaluate.folds import Judge
+from tools.train.measure import softmax
+from tools.train.picture_recipe import Learned
+from tools.train.picture_samples import BACKGROUND, BURIED, SURFACE, PictureSamples
 from tools.train.records import Record
 
 SIDE = 16
+PLAIN = "plain MLP"
+# Rows that a rival learns from: it would take hours with all.
+MOST_ROWS = 9000
 
 
 def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np.intp]) -> NDArray[np.float32]:
@@ -35,9 +41,39 @@ def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np
 
 
 def rivals(seed: int) -> dict[str, ClassifierMixin]:
-    """Untrained."""
+    """Untrained; all but the first see the numbers that the network sees."""
     return {
-        "plain MLP": make_pipeline(StandardScaler(), MLPClassifier((256, 128), max_iter=15, random_state=seed)),
+        PLAIN: make_pipeline(StandardScaler(), MLPClassifier((256, 128), max_iter=15, random_state=seed)),
         "SVM": make_pipeline(StandardScaler(), PCA(60, random_state=seed), SVC(C=3.0, class_weight="balanced")),
-        "gradient boosting": HistGradientBoostingClassifier(max_iter=40, random_state=seed),
+        "gradient boosting": HistGradientBoostingClassifier(max_iter=60, max_features=0.2, random_state=seed),
     }
+
+
+def rival_judge(
+    name: str, model: ClassifierMixin, samples: PictureSamples, records: Sequence[Record], learned: Learned, seed: int
+) -> Judge:
+    """Trains the rival on rows of unaltered pictures that the network has learned from too, at most MOST_ROWS."""
+    rows = np.union1d(learned.mines, learned.ground)
+    rows = rows[(samples.round[rows] == 0) & np.isin(samples.truth[rows], (SURFACE, BURIED, BACKGROUND))]
+    rows = np.sort(np.random.default_rng([seed, 87]).permutation(rows)[:MOST_ROWS])
+
+    def shown(some: NDArray[np.intp]) -> NDArray[np.float32]:
+        return patches(samples, records, some) if name == PLAIN else samples.vectors[some].astype(np.float32)
+
+    model.fit(shown(rows), samples.truth[rows])
+
+    def judge(some: NDArray[np.intp]) -> NDArray[np.floating]:
+        p = np.zeros((len(some), 3))
+        if len(some):
+            seen = shown(some)
+            told = hasattr(model, "predict_proba")
+            scores = model.predict_proba(seen) if told else softmax(_margins(model.decision_function(seen)))
+            p[:, [c - SURFACE for c in model.classes_]] = scores
+        return p
+
+    return judge
+
+
+def _margins(scores: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(N, classes) also where two classes have one margin between them."""
+    return scores if scores.ndim == 2 else np.column_stack((-scores, scores))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from tools.train.records import Box, Record
 
 Grey = NDArray[np.float32]
+# Radii of drawn casings, pixels: as the set's casings measure from 1 to 4 m, and somewhat beyond.
+SMALLEST_DISC, LARGEST_DISC = 16.0, 100.0
 
 
 def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:
@@ -24,7 +26,7 @@ def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, .
         picture, boxes = picture[:, ::-1], tuple(replace(b, x=columns - b.x) for b in boxes)
     if rng.random() < 0.5:
         picture, boxes = picture[::-1], tuple(replace(b, y=rows - b.y) for b in boxes)
-    if rng.random() < 0.5:
+    if rng.random() < 0.25:
         picture = picture.T
         boxes = tuple(replace(b, x=b.y, y=b.x, width=b.height, height=b.width) for b in boxes)
     return np.ascontiguousarray(picture), boxes
@@ -33,7 +35,7 @@ def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, .
 def with_disc(picture: Grey, boxes: tuple[Box, ...], rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:
     """A casing: an even disc warmer or colder than the ground, often with a plug in its middle and grass across it."""
     rows, columns = picture.shape
-    radius = float(np.exp(rng.uniform(math.log(9.0), math.log(75.0))))
+    radius = float(np.exp(rng.uniform(math.log(SMALLEST_DISC), math.log(LARGEST_DISC))))
     for _ in range(20):
         x, y = float(rng.uniform(radius, columns - radius)), float(rng.uniform(radius, rows - radius))
         if all(max(abs(x - b.x) - b.width / 2, abs(y - b.y) - b.height / 2) > 1.6 * radius for b in boxes):
@@ -86,9 +88,11 @@ def restyled(picture: Grey, rng: np.random.Generator) -> Grey:
     picture = picture * np.float32(rng.uniform(0.5, 1.1)) + np.float32(rng.uniform(0, 20))
     if rng.random() < 0.3:
         picture = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.5, 1.3)))
-    if rng.random() < 0.3:
+    if rng.random() < 0.4:
+        # Cameras that bring out detail also flatten what is wider than it.
         low = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(2, 12)))
-        picture = low + (picture - low) * np.float32(rng.uniform(1.3, 2.5))
+        flat = low.mean() + (low - low.mean()) * np.float32(rng.uniform(0.3, 1.0))
+        picture = flat + (picture - low) * np.float32(rng.uniform(1.2, 3.0))
     if rng.random() < 0.3:
         equalise = cv2.createCLAHE(float(rng.uniform(1.5, 4.0)), (8, 8))
         picture = equalise.apply(np.clip(picture, 0, 255).astype(np.uint8)).astype(np.float32)

@@ -2,24 +2,42 @@
 
 from __future__ import annotations
 
-from rover.detection.picture_patch import LENGTH, NUMBERS, SIDE
+from typing import TYPE_CHECKING
+
+from rover.detection.picture_circles import NUMBERS
+from rover.detection.picture_patch import CELLS, DIRECTIONS, LENGTH, SHOWN_SIDE, SIDE
+
+from tools.evaluate.figures import binomial, poisson
+
+if TYPE_CHECKING:
+    from tools.train.pictures import Calibration
 
 
-def picture_section(pictures: int, notes: dict[str, str], sha256: str) -> str:
-    """Markdown. pictures: how many were learned from. notes: of the calibration."""
+def picture_section(pictures: int, notes: dict[str, str], known: Calibration, sha256: str) -> str:
+    """Markdown. pictures: how many were learned from. notes: what the file says of itself."""
     calibration = ", ".join(f"{name} {value}" for name, value in notes.items())
-    return f"""Input: {LENGTH} numbers per candidate: a {SIDE}x{SIDE} thermal and a {SIDE}x{SIDE} occupancy patch and
-{NUMBERS} numbers in units of the spot and of the picture (`rover.detection.picture_patch`). Output: calibrated
-probabilities ({calibration}).
+    return f"""Input: {LENGTH} numbers per candidate (`rover.detection.picture_patch`): a {SIDE}x{SIDE} thermal patch,
+an {SHOWN_SIDE}x{SHOWN_SIDE} occupancy patch, an {SHOWN_SIDE}x{SHOWN_SIDE} wider patch, gradients in {DIRECTIONS}
+directions in {CELLS}x{CELLS} cells of both, and {NUMBERS} numbers from circles in units of the spot and of the
+picture, among them how the spot stands among all spots of its picture. Output: calibrated probabilities
+({calibration}).
 
 SHA-256: `{sha256}`
 
 ### Training
 
-`python -m tools.train pictures --seed {notes["seed"]} --data DIR`: {pictures} real pictures of
-Tenorio-Tamayo et al., Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on disk and altered
-(turned, other contrast, smooth discs laid on the ground as casings). All zones are learned from; docs/detection.md tells what networks say of zones and
-sessions that they never saw.
+`python -m tools.train pictures --seed {notes["seed"]} --data DIR`: {pictures} real pictures of Tenorio-Tamayo et al.,
+Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on disk and altered (turned, other contrast,
+smooth discs laid on the ground as casings). A first network shows which ground is taken for mines; that is learned from
+too. All zones are learned from; docs/detection.md tells what networks say of zones and sessions that they never saw.
+
+### Calibration and threshold
+
+From three networks that never saw the zones that they judge. Expected calibration error of candidates where a mine has
+at least 0.1: {known.error:.3f}. The file's threshold, {known.threshold:g}, is the highest that nine in ten mines
+of such zones reach, in pictures up to 4 m: probability of detection {binomial(known.found, known.mines)}, false alarms
+a picture {poisson(known.false, known.pictures)}. `rover detect` leaves out what is below it unless `--threshold` says
+otherwise.
 
 ### Limits
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.picture_candidates import find_spots
-from rover.detection.picture_detect import describe_picture
 from rover.detection.picture_maps import picture_maps
+from rover.detection.picture_patch import describe_spots
 
 from tools.train.augment import restyled, turned, with_disc
 from tools.train.records import Box, Record
@@ -22,9 +22,11 @@ CANDIDATE, BOX, WINDOW, JITTERED = 0, 1, 2, 3
 MINE_UNKNOWN, SURFACE, BURIED, BACKGROUND, UNSURE = -1, 1, 2, 3, -2
 WINDOWS_PER_BOX = 3
 JITTERS = 6
-# Of an altered picture: candidates that are mines, and that are none.
-MOST_MINES, MOST_GROUND = 8, 30
+# Shares of the candidates of an altered picture that are learned from.
+MINES_KEPT, GROUND_KEPT = 0.6, 0.4
 DISC_SHARE = 0.5
+# A centre this share of a box outside of it is not yet ground.
+HALO = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +72,8 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
     found = find_spots(maps)
     truth, which = label_spots(found, boxes)
     if turn:
-        chosen = np.sort(np.concatenate([
-            rng.permutation(np.nonzero(truth == BACKGROUND)[0])[:MOST_GROUND],
-            rng.permutation(np.nonzero((truth != BACKGROUND) & (truth != UNSURE))[0])[:MOST_MINES],
-        ]))
+        kept = rng.random(len(found)) < np.where(truth == BACKGROUND, GROUND_KEPT, MINES_KEPT)
+        chosen = np.nonzero(kept & (truth != UNSURE))[0]
     else:
         chosen = np.arange(len(found))
     exact = np.array([(b.x, b.y, b.side) for b in boxes], np.float32).reshape(-1, 3)
@@ -85,7 +85,7 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
     counts = (len(chosen), len(exact), len(windows), len(jittered))
     keep = np.concatenate((np.ones(sum(counts[:3]), bool), jitter_truth != UNSURE))
     samples = PictureSamples(
-        describe_picture(maps, spots, found).astype(np.float16),
+        describe_spots(maps, spots, found).astype(np.float16),
         np.repeat(np.array((CANDIDATE, BOX, WINDOW, JITTERED), np.int8), counts),
         np.concatenate((truth[chosen], of_box, np.full(len(windows), BACKGROUND, np.int8), jitter_truth)),
         np.full(sum(counts), number, np.int32),
@@ -99,15 +99,15 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
 
 
 def label_spots(spots: NDArray[np.float32], boxes: Sequence[Box]) -> tuple[NDArray[np.int8], NDArray[np.int16]]:
-    """Truth (N,) of spots and the box each belongs to, -1 for none. UNSURE: touches a box but does not fit it."""
+    """Truth (N,) of spots and the box each belongs to, -1 for none. UNSURE: centre in a box, but does not fit it."""
     truth = np.full(len(spots), BACKGROUND, np.int8)
     which = np.full(len(spots), -1, np.int16)
     x, y, extent = spots.T
     for index, box in enumerate(boxes):
         dx, dy = np.abs(x - box.x), np.abs(y - box.y)
-        touches = (dx < 0.5 * box.width + 0.35 * extent) & (dy < 0.5 * box.height + 0.35 * extent)
-        fits = (dx < 0.25 * box.width) & (dy < 0.25 * box.height)
-        fits &= (extent > 0.6 * box.side) & (extent < 1.7 * box.side)
+        touches = (dx < (0.5 + HALO) * box.width) & (dy < (0.5 + HALO) * box.height)
+        fits = (dx < 0.3 * box.width) & (dy < 0.3 * box.height)
+        fits &= (extent > 0.55 * box.side) & (extent < 1.8 * box.side)
         truth[touches & (truth == BACKGROUND)] = UNSURE
         which[touches & (which < 0)] = index
         truth[fits], which[fits] = _kind(box), index

@@ -1,6 +1,7 @@
 """`python -m tools.train pictures`: the network for pictures that know neither kelvin nor metres, from real pictures.
 
-All pictures are learned from; what such networks say of pictures never seen is measured by `python -m tools.evaluate`.
+All pictures are learned from. Calibration and threshold come from networks that never saw the zones that they judge;
+what such networks say fold by fold is measured by `python -m tools.evaluate`.
 """
 
 from __future__ import annotations
@@ -9,30 +10,46 @@ import argparse
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from rover.detection.classifier import PICTURES, default_model
 
-from tools.train import measure
 from tools.train.card import write_section
 from tools.train.export import fold, write
-from tools.train.network import fit
+from tools.train.measure import calibration_error, fit_pictures, softmax
 from tools.train.picture_card import picture_section
-from tools.train.picture_recipe import picture_samples, picture_set
+from tools.train.picture_hits import loudness, threshold_for
+from tools.train.picture_recipe import learn, picture_samples
 from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, SURFACE, PictureSamples
 from tools.train.records import Record, read_records
 
-# Zones that the calibration is read from: a network that has not seen them judges them.
-CALIBRATION_ZONES = ("3", "5")
-CALIBRATION_EPOCHS = 3
+# Zones that are held out together for calibration and threshold: a network that has not seen them judges them.
+HELD_OUT = (("3", "5"), ("4", "7"), ("1", "6", "9"))
+# The probability of detection that the threshold is chosen for, on pictures of zones never seen.
+STATED_PD = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """factor, offsets (3,): of the logits. threshold: reached by `found` of `mines` mines, and `false` times else."""
+
+    factor: float
+    offsets: NDArray[np.floating]
+    error: float
+    threshold: float
+    found: int
+    mines: int
+    false: int
+    pictures: int
 
 
 def main(arguments: Sequence[str]) -> None:
     """Trains, calibrates, writes."""
     parser = argparse.ArgumentParser(prog="python -m tools.train pictures", description=__doc__)
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
-    parser.add_argument("--epochs", type=int, default=4)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cache", type=Path, help="folder that keeps the vectors for another round")
     parser.add_argument("--out", type=Path, default=Path(default_model(PICTURES)))
@@ -40,24 +57,50 @@ def main(arguments: Sequence[str]) -> None:
     if options.data is None:
         parser.error("--data DIR (or ROVER_DATA) must name the folder that holds landmines/index.csv")
     begun = time.monotonic()
-    records = read_records(options.data)
-    real = picture_samples(records, options.seed, options.cache)
-    print(f"{len(real)} samples after {time.monotonic() - begun:.0f} s", flush=True)
-    network = fit(*picture_set(real, np.ones(len(real), bool), options.seed), options.epochs, options.seed)
-    factor, shift = calibrate(real, records, options.seed)
-    layers = fold(network.weights, network.biases, network.mean, network.scale, factor, shift[list(network.classes)])
-    notes = {"seed": str(options.seed), "factor": f"{factor:.4f}", "offset": f"{shift[BACKGROUND]:.4f}"}
+    records = read_records(Path(options.data))
+    samples = picture_samples(records, options.seed, options.cache)
+    print(f"{len(samples)} samples after {time.monotonic() - begun:.0f} s", flush=True)
+    network = learn(samples, np.ones(len(samples), bool), options.seed).network
+    print(f"trained after {time.monotonic() - begun:.0f} s", flush=True)
+    known = calibrate(samples, records, options.seed)
+    layers = fold(network.weights, network.biases, network.mean, network.scale, known.factor, known.offsets)
+    notes = {
+        "seed": str(options.seed),
+        "factor": f"{known.factor:.4f}",
+        "offset": f"{known.offsets[-1]:.4f}",
+        "threshold": f"{known.threshold:.4f}",
+    }
     sha256 = write(options.out, PICTURES, network.every_class(layers), notes)
-    write_section(options.out.parent / "README.md", options.out.name, picture_section(len(records), notes, sha256))
+    text = picture_section(len(records), notes, known, sha256)
+    write_section(options.out.parent / "README.md", options.out.name, text)
     print(f"{options.out}: {options.out.stat().st_size / 1e6:.2f} MB, {notes}, {time.monotonic() - begun:.0f} s")
 
 
-def calibrate(real: PictureSamples, records: list[Record], seed: int) -> tuple[float, np.ndarray]:
-    """Factor and offsets for the logits, as a network of its own that never saw these zones needs them."""
-    zone = np.array([record.zone for record in records])[real.picture]
-    held_out = np.isin(zone, CALIBRATION_ZONES)
-    network = fit(*picture_set(real, ~held_out, seed), CALIBRATION_EPOCHS, seed)
-    judged = held_out & (real.round == 0) & (real.what == CANDIDATE)
-    judged &= np.isin(real.truth, (SURFACE, BURIED, BACKGROUND))
-    logits = network.logits(real.vectors[judged].astype(np.float32))
-    return measure.fit_pictures(real.truth[judged].astype(np.int64), logits, BACKGROUND)
+def calibrate(samples: PictureSamples, records: Sequence[Record], seed: int) -> Calibration:
+    """Of the logits of surface, buried and background, from networks that never saw the zones that they judge."""
+    zone = np.array([record.zone for record in records])[samples.picture]
+    rows, logits = [], []
+    for zones in HELD_OUT:
+        held_out = np.isin(zone, zones)
+        network = learn(samples, ~held_out, seed).network
+        rows.append(np.nonzero(held_out & (samples.round == 0) & (samples.what == CANDIDATE))[0])
+        logits.append(network.logits(samples.vectors[rows[-1]])[:, SURFACE:])
+    chosen, answers = np.concatenate(rows), np.concatenate(logits)
+    truth = samples.truth[chosen].astype(np.int64)
+    told = np.isin(truth, (SURFACE, BURIED, BACKGROUND))
+    labels = truth[told] - SURFACE
+    factor, offsets = fit_pictures(labels, answers[told], BACKGROUND - SURFACE)
+    p = softmax(answers * factor + offsets)
+    likely = p[told][:, :-1].sum(axis=1) >= 0.1
+    mines, false, pictures = loudness(samples, chosen, 1.0 - p[:, -1], records)
+    threshold = float(np.floor(1e4 * threshold_for(STATED_PD, mines)) / 1e4)
+    return Calibration(
+        factor,
+        offsets,
+        calibration_error(labels[likely], p[told][likely]),
+        threshold,
+        int((mines >= threshold).sum()),
+        len(mines),
+        int((false >= threshold).sum()),
+        pictures,
+    )

@@ -5,12 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from rover.detection import picture_circles
 from rover.detection.classifier import PICTURES, Classifier, default_model
 from rover.detection.picture_candidates import find_spots
 from rover.detection.picture_check import check_picture
-from rover.detection.picture_detect import MOST, SAME, describe_picture, detect_in_picture, thin
+from rover.detection.picture_detect import MOST, SAME, detect_in_picture, thin
 from rover.detection.picture_maps import picture_maps
-from rover.detection.picture_patch import LENGTH
+from rover.detection.picture_patch import LENGTH, describe_spots
 from rover.errors import BadInput
 
 
@@ -43,6 +44,20 @@ def test_a_spot_of_the_ground_s_own_grey_is_found_by_its_smoothness() -> None:
     assert near.any()
 
 
+@pytest.mark.parametrize("size", [640, 320, 500])
+def test_every_level_shows_a_spot_at_the_same_place(size: int) -> None:
+    rows, columns = np.mgrid[0:size, 0:size] + 0.5
+    x, y = 0.55 * size, 0.4 * size
+    picture = 40.0 + 200.0 * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * (0.08 * size) ** 2))
+    maps = picture_maps(picture.astype(np.float32))
+    for number, level in enumerate(maps.levels[0][:4]):
+        weight = np.maximum(level - 60.0, 0.0)
+        v, u = np.mgrid[0 : level.shape[0], 0 : level.shape[1]]
+        middle = ((weight * u).sum() / weight.sum(), (weight * v).sum() / weight.sum())
+        assert [maps.from_level(float(m), number) for m in middle] == pytest.approx([x, y], abs=0.5)
+        assert maps.to_level(np.float32(x), number) == pytest.approx(middle[0], abs=0.2)
+
+
 def test_a_scale_rules_out_what_no_mine_measures() -> None:
     maps = picture_maps(turf())
     sizes = find_spots(maps, 0.01)[:, 2] * 0.01
@@ -51,22 +66,37 @@ def test_a_scale_rules_out_what_no_mine_measures() -> None:
     assert find_spots(maps)[:, 2].max() * 0.01 > 2.0
 
 
-def test_numbers_do_not_change_when_the_picture_is_turned() -> None:
+def test_numbers_of_circles_do_not_change_when_the_picture_is_turned() -> None:
     picture = with_disc(330, 300, 80, 220.0)
     turned = np.ascontiguousarray(np.rot90(picture))
     spot, as_turned = np.array([[330.0, 300.0, 80.0]], np.float32), np.array([[300.0, 310.0, 80.0]], np.float32)
-    first = describe_picture(picture_maps(picture), spot)
-    second = describe_picture(picture_maps(turned), as_turned)
-    assert first.shape == (1, LENGTH)
-    assert np.abs(first - second).mean() < 0.05
-    assert np.quantile(np.abs(first - second), 0.98) < 0.4
+    first, _ = picture_circles.describe(picture_maps(picture), spot)
+    second, _ = picture_circles.describe(picture_maps(turned), as_turned)
+    assert first.shape == (1, picture_circles.NUMBERS)
+    assert np.abs(first - second).mean() < 0.08
+    assert np.quantile(np.abs(first - second), 0.95) < 0.4
+
+
+def test_every_spot_has_one_vector() -> None:
+    maps = picture_maps(turf())
+    spots = find_spots(maps)
+    vectors = describe_spots(maps, spots)
+    assert vectors.shape == (len(spots), LENGTH)
+    assert np.isfinite(vectors).all()
+    assert describe_spots(maps, spots[:0]).shape == (0, LENGTH)
+
+
+def test_a_spot_ranks_the_same_beside_the_others_whether_it_is_one_of_them_or_not() -> None:
+    maps = picture_maps(with_disc(330, 300, 80, 220.0))
+    spots = find_spots(maps)
+    assert describe_spots(maps, spots[5:6], spots) == pytest.approx(describe_spots(maps, spots)[5:6], abs=1e-3)
 
 
 def test_a_gain_of_the_camera_hardly_changes_the_description() -> None:
     picture = with_disc(330, 300, 80, 220.0)
     spot = np.array([[330.0, 300.0, 80.0]], np.float32)
-    bright = describe_picture(picture_maps(picture), spot)
-    dim = describe_picture(picture_maps(0.7 * picture + 20.0), spot)
+    bright = describe_spots(picture_maps(picture), spot)
+    dim = describe_spots(picture_maps(0.7 * picture + 20.0), spot)
     assert np.abs(bright - dim)[0].mean() < 0.05
 
 

@@ -48,9 +48,14 @@ def command(
         str | None, typer.Option(metavar="CAMERA.toml", help="The radiometric camera, a file or a built-in name.")
     ] = None,
     threshold: Annotated[
-        float,
-        typer.Option(min=0.0, max=1.0, metavar="T", help="Leave out what is a mine with less probability than this."),
-    ] = 0.0,
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=1.0,
+            metavar="T",
+            help="Leave out what is a mine with less probability than this; 0 shows all. Without it the network's own.",
+        ),
+    ] = None,
     model: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Another ONNX model than the one that ships.")
     ] = None,
@@ -86,7 +91,7 @@ def command(
 def examine(
     file: Path,
     metres_per_pixel: float | None,
-    threshold: float,
+    threshold: float | None,
     networks: Networks,
     camera: CameraModel | None = None,
 ) -> dict[str, Any]:
@@ -103,13 +108,16 @@ def examine(
     if camera is not None:
         rectifier_of(camera)  # its tables are made once for all pictures
     begin = time.perf_counter()
+    scaled = metres_per_pixel is not None and picture.dtype == np.uint16
+    network = networks[GROUND if camera is not None or scaled else PICTURES]
     if camera is not None:
-        found = in_view(picture, camera, networks[GROUND])
-    elif metres_per_pixel is not None and picture.dtype == np.uint16:
-        found = in_kelvin(picture, metres_per_pixel, networks[GROUND])
+        found = in_view(picture, camera, network)
+    elif metres_per_pixel is not None and scaled:
+        found = in_kelvin(picture, metres_per_pixel, network)
     else:
-        found = in_grey(picture, metres_per_pixel, networks[PICTURES])
+        found = in_grey(picture, metres_per_pixel, network)
     time_ms = (time.perf_counter() - begin) * 1e3
+    least = network.threshold if threshold is None else threshold
     return {
         "image": str(file),
         "time_ms": round(time_ms, 3),
@@ -120,7 +128,7 @@ def examine(
                 "p": {name: round(value, 6) for name, value in p.items()},
             }
             for corners, p in found
-            if sum(p[name] for name in MINES) >= threshold
+            if sum(p[name] for name in MINES) >= least
         ],
     }
 

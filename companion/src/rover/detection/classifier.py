@@ -79,6 +79,8 @@ class Classifier:
         length = inputs[0].shape[-1] if len(inputs) == 1 and len(inputs[0].shape) == 2 else None
         if length != self.length or inputs[0].type != "tensor(float)":
             raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {self.length}; {again}")
+        # Mines of less probability than this are left out where nobody asks for another threshold.
+        self.threshold = float(metadata.get("threshold", 0.0))
         self._input = inputs[0].name
         self.path = str(file)
         self._check_answers(file, again)

@@ -13,12 +13,15 @@ from rover.detection.picture_maps import FULL_SIZE, Map, PictureMaps
 
 # Diameters, as shares of the picture's longer side, and the ratio of one to the next.
 SMALLEST, LARGEST, RATIO = 0.026, 0.66, 2.0 ** (1.0 / 3.0)
-# The same ratio for small pictures, which come at video rate.
-SMALL_RATIO = 2.0**0.5
+# The same ratio for small pictures, which come at video rate: their surround is the next centre.
+SMALL_RATIO = 2.0 ** (2.0 / 3.0)
 # A disc of diameter d answers most at sigma = d / 2.8; the surround is so much wider.
 DIAMETER, SURROUND = 2.8, 2.0 ** (2.0 / 3.0)
-# Blobs kept of each size: (map, sign, how many).
-QUOTAS = ((0, 1, 6), (0, -1, 3), (1, 1, 3), (1, -1, 1), (2, 1, 2))
+# Blobs kept of each size, by (map, sign). Most mines that are hardly brighter than the grass measure MIDDLE_SIZES,
+# shares of the longer side, in pictures from below 4 m; there the strongest few are often grass.
+MIDDLE_SIZES = (0.056, 0.182)
+QUOTAS = {(0, 1): 3, (0, -1): 2, (1, 1): 2, (1, -1): 1, (2, 1): 1, (2, -1): 1}
+MIDDLE_QUOTAS = {(0, 1): 16, (0, -1): 8, (1, 1): 6, (1, -1): 2, (2, 1): 1, (2, -1): 3}
 # Candidates of one size whose centres are nearer than this share of it are one.
 NEAR = 0.2
 # What a mine may measure on the ground, metres, where the scale is told and the picture shows this much of it.
@@ -41,18 +44,20 @@ def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spot
     answers = [_answers(maps, channel, extents) for channel in range(3)]
     for index, extent in enumerate(extents):
         here: list[tuple[float, float]] = []
-        for channel, sign, most in QUOTAS:
-            answer, step = answers[channel][index]
-            for x, y in _peaks(answer * np.float32(sign), extent / step, most):
-                point = ((x + 0.5) * step, (y + 0.5) * step)
+        is_middle = longer > FULL_SIZE and MIDDLE_SIZES[0] <= extent / longer < MIDDLE_SIZES[1]
+        quotas = MIDDLE_QUOTAS if is_middle else QUOTAS
+        for (channel, sign), most in quotas.items():
+            answer, level = answers[channel][index]
+            for x, y in _peaks(answer * np.float32(sign), extent / (maps.step * 2.0**level), most):
+                point = (maps.from_level(x, level), maps.from_level(y, level))
                 if all((point[0] - u) ** 2 + (point[1] - v) ** 2 >= (NEAR * extent) ** 2 for u, v in here):
                     here.append(point)
         found.append(np.array([(x, y, extent) for x, y in here], np.float32).reshape(-1, 3))
     return np.concatenate(found) if found else np.zeros((0, 3), np.float32)
 
 
-def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tuple[Map, float]]:
-    """Difference of Gaussians of every size, and pixels of the picture per pixel of it."""
+def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tuple[Map, int]]:
+    """Difference of Gaussians of every size, and its level."""
     levels = maps.levels[channel]
     blurred: dict[tuple[int, int], Map] = {}
     answers = []
@@ -63,7 +68,7 @@ def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tupl
         centre, around = (
             _blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, SURROUND)
         )
-        answers.append((centre - around, maps.step * 2.0**level))
+        answers.append((centre - around, level))
     return answers
 
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rover.detection.classifier import MINES, Classifier
 from rover.detection.picture_candidates import find_spots
-from rover.detection.picture_maps import PictureMaps, picture_maps
-from rover.detection.picture_patch import LENGTH, describe_spots
+from rover.detection.picture_maps import picture_maps
+from rover.detection.picture_patch import describe_spots
 
 # Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
 SAME = 0.5
@@ -32,15 +32,6 @@ class PictureDetection:
         return sum(self.p[name] for name in MINES)
 
 
-def describe_picture(
-    maps: PictureMaps, spots: NDArray[np.float32], reference: NDArray[np.float32] | None = None
-) -> NDArray[np.float32]:
-    """Vectors (N, LENGTH) of spots (N, 3)."""
-    if not len(spots):
-        return np.zeros((0, LENGTH), np.float32)
-    return np.hstack(describe_spots(maps, spots, reference))
-
-
 def detect_in_picture(
     grey: NDArray[np.float32], classifier: Classifier, metres_per_pixel: float | None = None
 ) -> list[PictureDetection]:
@@ -49,7 +40,7 @@ def detect_in_picture(
     spots = find_spots(maps, metres_per_pixel)
     if not len(spots):
         return []
-    p = classifier.predict(describe_picture(maps, spots))
+    p = classifier.predict(describe_spots(maps, spots))
     mine = p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
     return [
         PictureDetection(*spots[i].tolist(), dict(zip(classifier.classes, p[i].tolist(), strict=True)))

@@ -7,6 +7,7 @@ logarithm of its energy at a few pixels, and the same at one pixel.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -23,18 +24,46 @@ LARGEST = 640
 FLOOR = 1.0
 LEAST_SPREAD = 2.0
 SMALLEST_LEVEL = 24
+BANDS = 4
 CHANNELS = ("brightness", "texture", "fine texture")
 
 
 @dataclass(frozen=True, eq=False)
 class PictureMaps:
-    """levels[channel][k]: the map at `step`·2^k pixels of the picture per pixel. median, spread: of the brightness."""
+    """levels[channel][k]: the map at `step`·2^k pixels of the picture per pixel. median, spread: of the brightness.
+
+    coarseness (BANDS,): how much of the brightness varies within 1, 2, 4, … pixels of level 0, logarithms over their
+    mean. Grass seen from higher up is finer.
+
+    Pixel i of level k lies over pixel i·2^k of level 0: a level keeps every other pixel of the one below it.
+    """
 
     levels: tuple[tuple[Map, ...], ...]
     step: float
     median: float
     spread: float
+    coarseness: Map
     size: tuple[int, int]
+
+    def to_level(self, place: Map, level: int) -> Map:
+        """Coordinates in the picture, its first pixel from 0 to 1, to indices of pixels of a level."""
+        return (place / np.float32(self.step) - np.float32(0.5)) / np.float32(2.0**level)
+
+    def by_level(self, spots: Map, coarser: int) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """Levels and the spots (N, 3) that are sampled there, 10 to 20 pixels wide, or so many levels coarser."""
+        level = np.floor(np.log2(np.maximum(spots[:, 2], 1.0) / self.step / 10.0)) + coarser
+        level = np.clip(level, 0, len(self.levels[0]) - 1).astype(int)
+        for each in np.unique(level).tolist():
+            yield each, np.nonzero(level == each)[0]
+
+    def inside(self, spots: Map, columns: Map, rows: Map) -> NDArray[np.bool_]:
+        """Which points (N, points) at offsets in diameters lie in the picture."""
+        x, y = (spots[:, i : i + 1] + spots[:, 2:3] * part for i, part in enumerate((columns, rows)))
+        return (x > 0.0) & (x < self.size[0]) & (y > 0.0) & (y < self.size[1])
+
+    def from_level(self, index: float, level: int) -> float:
+        """The inverse, of one index."""
+        return (index * 2.0**level + 0.5) * self.step
 
 
 def picture_maps(grey: Map) -> PictureMaps:
@@ -56,13 +85,18 @@ def picture_maps(grey: Map) -> PictureMaps:
     few = base[::2, ::2]
     median = float(np.median(few))
     spread = 1.4826 * float(np.median(np.abs(few - median)))
+    levels = tuple(_pyramid(channel) for channel in (base, *rough))
     return PictureMaps(
-        tuple(_pyramid(channel) for channel in (base, *rough)),
-        half * shrink,
-        median,
-        max(spread, LEAST_SPREAD),
-        (width, height),
+        levels, half * shrink, median, max(spread, LEAST_SPREAD), _coarseness(levels[0]), (width, height)
     )
+
+
+def _coarseness(levels: tuple[Map, ...]) -> Map:
+    found = np.zeros(BANDS, np.float32)
+    for band in range(min(BANDS, len(levels))):
+        level = levels[band]
+        found[band] = np.log(float((level - cv2.blur(level, (3, 3))).std()) + 0.1)
+    return found - found.mean()
 
 
 def _pyramid(base: Map) -> tuple[Map, ...]:
@@ -70,3 +104,17 @@ def _pyramid(base: Map) -> tuple[Map, ...]:
     while min(levels[-1].shape) >= 2 * SMALLEST_LEVEL:
         levels.append(cv2.pyrDown(levels[-1]))
     return tuple(levels)
+
+
+def sample(maps: PictureMaps, channels: int, level: int, spots: Map, columns: Map, rows: Map) -> Map:
+    """Values (channels, N, points) of the first maps at one level, at offsets (points,) in diameters from spots (N, 3);
+    edges are drawn out."""
+    x, y = (maps.to_level(spots[:, i : i + 1] + spots[:, 2:3] * part, level) for i, part in enumerate((columns, rows)))
+    # Fixed-point coordinates: made once for all maps.
+    fixed, parts = cv2.convertMaps(x, y, cv2.CV_16SC2)
+    return np.stack(
+        [
+            cv2.remap(maps.levels[channel][level], fixed, parts, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            for channel in range(channels)
+        ]
+    )

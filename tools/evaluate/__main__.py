@@ -23,7 +23,7 @@ NO_CONCLUSION = """## What may not be concluded
 - That ground without an indication holds no mine. Around the two daily zero crossings mines have no contrast, deep
   mines hardly ever have any, and every table here counts such mines as missed.
 - That these figures hold for other soils, casings, cameras or seasons: six real mines on one field, and fields from
-  the simulator that the network was trained with (other seeds, one soil held out).
+  the simulator that the network was trained with (other seeds, one soil and five hours of the day held out).
 - That a probability means the same elsewhere: it is calibrated for the share of mines among the candidates here.
 - Anything about rates below one false alarm in some hundred square metres: the driven area is too small."""
 

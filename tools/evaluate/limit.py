@@ -109,7 +109,7 @@ def report(fields: int) -> str:
     best = ", ".join(f"{best_f1(distances, looks, places):.2f} with {places}" for places in PLACES)
     told = table(["depth \\ contrast", *(f"{contrast:g} K" for contrast in CONTRASTS)], rows)
     return (
-        f"{len(patches)} patches of bare ground, {len(mines)} buried mines of at least {FLOOR:g} K in {looks} looks: "
+        f"{len(patches)} patches of bare ground, {len(mines)} buried mines of at least {FLOOR:g} K in {looks} looks:\n"
         f"best F1 {best} places a look to confuse them with.\n\n{told}"
     )
 

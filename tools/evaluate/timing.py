@@ -57,8 +57,8 @@ def row(title: str, work: Callable[[], object]) -> list[str]:
     return [title, f"{median(times):.1f}", f"{times[0]:.1f}"]
 
 
-def main() -> None:
-    """Prints the table."""
+def report() -> str:
+    """Markdown."""
     cv2.setNumThreads(1)
     classifier, camera = Classifier(default_model(GROUND), GROUND), load_camera("lepton-160")
 
@@ -76,8 +76,8 @@ def main() -> None:
         rows.append(row(title, lambda rectifier=rectifier, frame=frame: found(rectifier.rectify(frame))))
     vectors = np.zeros((PATCHES, classifier.length), np.float32)
     rows.append(row(f"the network alone, {PATCHES} candidates", lambda: classifier.predict(vectors)))
-    print(table(["", "ms", "the first time"], rows))
+    return table(["", "ms", "the first time"], rows)
 
 
 if __name__ == "__main__":
-    main()
+    print(report())

@@ -46,7 +46,8 @@ SHA-256: `{sha256}`
 Synthetic fields in loam (more than half), dry sand and moist clay, most of them by day and many full of pebbles,
 rendered with the plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by
 the same code that runs on the rover. A quarter of the mines stand on the ground, more than half of the buried ones
-lie 3 to 7 cm deep. Nothing is learned from the hours {hours}, nor from mines weaker than 0.25 K at the surface.
+lie 3 to 7 cm deep. Nothing is learned from the hours {hours},
+nor from mines weaker than 0.25 K at the surface.
 In each epoch the pictures of ground and of buried mines are turned by chance, those of all else mirrored.
 
 ### Measured on what was never trained on

@@ -108,7 +108,7 @@ def looks_as_markdown(looks: Looks, p: NDArray[np.floating], floor: float) -> st
         (
             *lines,
             "",
-            f"{len(by_field)} fields, {len(looks.field)} looks. Expected calibration error {error:.3f} over all "
+            f"{len(by_field)} fields, {len(looks.field)} looks. Expected calibration error {error:.3f} over all\n"
             f"candidates, {among:.3f} over the {likely.sum()} where a mine has at least 0.1.",
         )
     )

@@ -22,9 +22,9 @@ from tools.train.picture_samples import BACKGROUND, BURIED, SURFACE, PictureSamp
 from tools.train.records import Record
 
 SIDE = 16
-PLAIN = "plain MLP"
+PLAIN, BOOSTING = "plain MLP", "gradient boosting"
 # Rows that a rival learns from: it would take hours with all.
-MOST_ROWS = 9000
+MOST_ROWS = 4000
 
 
 def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np.intp]) -> NDArray[np.float32]:
@@ -45,7 +45,7 @@ def rivals(seed: int) -> dict[str, ClassifierMixin]:
     return {
         PLAIN: make_pipeline(StandardScaler(), MLPClassifier((256, 128), max_iter=15, random_state=seed)),
         "SVM": make_pipeline(StandardScaler(), PCA(60, random_state=seed), SVC(C=3.0, class_weight="balanced")),
-        "gradient boosting": HistGradientBoostingClassifier(max_iter=60, max_features=0.2, random_state=seed),
+        BOOSTING: HistGradientBoostingClassifier(max_iter=60, max_features=0.2, random_state=seed),
     }
 
 

@@ -41,12 +41,15 @@ def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spot
     steps = np.arange(round(np.log(LARGEST / SMALLEST) / np.log(ratio)) + 1)
     extents = [e for e in (SMALLEST * longer * ratio**steps).tolist() if low / ratio <= e <= high * ratio]
     found: list[Spots] = []
-    answers = [_answers(maps, channel, extents) for channel in range(3)]
+    # Small pictures come at video rate, and their fine texture is mostly noise.
+    answers = [_answers(maps, channel, extents) for channel in range(3 if longer > FULL_SIZE else 2)]
     for index, extent in enumerate(extents):
         here: list[tuple[float, float]] = []
         is_middle = longer > FULL_SIZE and MIDDLE_SIZES[0] <= extent / longer < MIDDLE_SIZES[1]
         quotas = MIDDLE_QUOTAS if is_middle else QUOTAS
         for (channel, sign), most in quotas.items():
+            if channel >= len(answers):
+                continue
             answer, level = answers[channel][index]
             for x, y in _peaks(answer * np.float32(sign), extent / (maps.step * 2.0**level), most):
                 point = (maps.from_level(x, level), maps.from_level(y, level))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import rover_hil.ground
 from numpy.typing import NDArray
-from rover.detection import candidates, ground_image, patch
+from rover.detection import candidates, detect, ground_image, patch
 from rover.vision.camera import CameraModel
 
 from tools.train import fields, look, samples
@@ -15,7 +15,7 @@ from tools.train.store import digest, kept
 
 # Fields of one stored part.
 PART = 100
-MODULES = (candidates, ground_image, patch, fields, look, samples)
+MODULES = (candidates, detect, ground_image, patch, fields, look, samples)
 SOURCES = (
     *(Path(str(module.__file__)) for module in MODULES),
     *sorted(Path(str(rover_hil.ground.__file__)).parent.glob("*.py")),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.detection.candidates import find_candidates
 from rover.detection.classifier import CLASSES
+from rover.detection.detect import toned
 from rover.detection.ground_image import GroundRectifier
 from rover.detection.patch import LENGTH, SIDE, describe
 from rover.vision.camera import CameraModel
@@ -104,7 +105,10 @@ def look_at_fields(
     held_out: bool,
     data: Path | None = None,
 ) -> Looks:
-    """`frames` looks at the field of each seed; held_out: at the hours held out, else at the others."""
+    """`frames` looks at the field of each seed; held_out: at the hours held out, else at the others.
+
+    Those held out are to be judged, as the rover does it; from the others contrasts are learned as they are.
+    """
     rectifier = GroundRectifier(camera)
     vectors, rows, seen, field_of = [np.zeros((0, LENGTH), np.float32)], [], [], []
     for seed in seeds:
@@ -121,7 +125,7 @@ def look_at_fields(
             for number, distance, outside in zip(truth.mine, truth.to_mine, truth.to_obstacle, strict=True):
                 nearest = (kind_of(mines[number]), abs(mines[number].contrast_k), mines[number].radius)
                 rows.append((look, number, *(nearest if number >= 0 else (BACKGROUND, 0.0, 0.0)), distance, outside))
-            vectors.append(describe(image, candidates))
+            vectors.append(describe(toned(image, candidates) if held_out else image, candidates))
             for number in in_view(image, pose, field.ground, camera):
                 seen.append((look, number, kind_of(mines[number]), abs(mines[number].contrast_k)))
             field_of.append(seed)

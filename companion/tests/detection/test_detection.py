@@ -8,7 +8,7 @@ import pytest
 from rover.capture.frame import Frame
 from rover.detection.candidates import MOST, find_candidates
 from rover.detection.classifier import CLASSES, Classifier, default_model
-from rover.detection.detect import Detection, DetectSettings, detect
+from rover.detection.detect import Detection, DetectSettings, detect, toned
 from rover.detection.fusion import Evidence, EvidenceSettings
 from rover.detection.ground_image import GroundRectifier, from_picture
 from rover.detection.patch import LENGTH, SIDE, describe
@@ -124,6 +124,17 @@ def test_a_patch_says_contrast_in_kelvin_whatever_the_soil_is():
     assert vector(280.0).shape == (LENGTH,)
     assert vector(280.0) == pytest.approx(vector(310.0), abs=1e-2)
     assert 1.0 < np.sinh(vector(280.0)[3 * SIDE * SIDE]) < 3.1
+
+
+def test_rough_ground_is_toned_down_and_known_ground_is_left():
+    noise = cv2.GaussianBlur(np.random.default_rng(4).normal(0, 1, (93, 139)).astype(np.float32), (0, 0), 3.0)
+    even = from_picture(300.0 + 0.1 * noise, 0.01)
+    assert toned(even, find_candidates(even)) is even
+    rough = from_picture(300.0 + 10.0 * noise, 0.01)
+    rougher = from_picture(300.0 + 20.0 * noise, 0.01)
+    quiet, quieter = (toned(image, find_candidates(image)).kelvin for image in (rough, rougher))
+    assert quiet.std() < 0.5 * rough.kelvin.std()
+    assert quiet - np.median(quiet) == pytest.approx(quieter - np.median(quieter), abs=2e-3)
 
 
 # -- classifier --------------------------------------------------------------------------------------------------

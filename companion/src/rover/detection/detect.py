@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rover.detection.candidates import Candidate, find_candidates
+from rover.detection.candidates import EXTENT_PER_WIDTH, WIDTHS, Candidate, find_candidates
 from rover.detection.classifier import Classifier
 from rover.detection.ground_image import GroundImage
 from rover.detection.patch import describe
 
 # The middle of the picture of a mine on the surface lies this high above the soil, metres.
 CASING_MIDDLE = 0.03
+# What the ground answers at the narrowest scale, robust standard deviation in kelvin, where it is as rough as most of
+# what the network has learned from.
+KNOWN_GROUND = 0.12
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ def detect(image: GroundImage, classifier: Classifier, settings: DetectSettings)
     candidates = find_candidates(image)
     if not candidates:
         return []
-    probabilities = classifier.predict(describe(image, candidates))
+    probabilities = classifier.predict(describe(toned(image, candidates), candidates))
     points = image.to_base(np.array([(c.row, c.column) for c in candidates]))
     found = []
     for candidate, row, point in zip(candidates, probabilities.tolist(), points.tolist(), strict=True):
@@ -59,6 +63,20 @@ def detect(image: GroundImage, classifier: Classifier, settings: DetectSettings)
                 Detection(x, y, candidate.extent, p, _box(candidate, image.metres_per_pixel), candidate.answer)
             )
     return found
+
+
+def toned(image: GroundImage, candidates: Sequence[Candidate]) -> GroundImage:
+    """The image as it is judged: ground rougher than KNOWN_GROUND has its contrasts lowered to that.
+
+    Contrast is evidence of a mine by how far it stands out of the soil's own. Lower it is not raised: what is left then
+    is the camera's noise.
+    """
+    narrow = 1.01 * EXTENT_PER_WIDTH * WIDTHS[0]
+    rough = next((abs(c.answer) / c.strength for c in candidates if c.extent < narrow and c.strength > 0.0), 0.0)
+    if rough <= KNOWN_GROUND:
+        return image
+    plain = (image.kelvin - np.float32(image.median)) * np.float32(KNOWN_GROUND / rough)
+    return replace(image, kelvin=plain + np.float32(image.median), known_median=image.median)
 
 
 def _foot(x: float, y: float, surface: float, eye: tuple[float, float, float] | None) -> tuple[float, float]:

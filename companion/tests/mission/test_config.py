@@ -63,7 +63,7 @@ def test_the_smallest_file_gets_the_documented_defaults(write: Write) -> None:
     assert (mission.launch.pose.heading, mission.launch.surveyed_radius) == (0.0, 0.25)
     assert (mission.rover.camera, mission.rover.cruise_speed, mission.rover.baud) == ("lepton-160", 0.25, 230_400)
     detector = mission.detector
-    assert (detector.model, detector.report_threshold) == ("", 0.7)
+    assert (detector.model, detector.report_threshold) == ("", 0.3)
     assert (detector.keepout_radius, detector.standoff) == (0.15, 0.45)
     field = mission.field
     assert (field.soil, field.rocks, field.grass, field.surface_mines) == ("loam", 5, 4, 2)

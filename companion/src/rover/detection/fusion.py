@@ -31,7 +31,7 @@ class EvidenceSettings:
     to either side.
     """
 
-    report_threshold: float = 0.5
+    report_threshold: float = 0.3
     suspect_threshold: float = 0.4
     report_views: int = 4
     suspect_views: int = 3

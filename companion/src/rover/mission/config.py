@@ -176,7 +176,7 @@ def _detector(table: Table, file: Path) -> DetectorSettings:
         model = _beside(table, "model", file, model)
     return DetectorSettings(
         model=model,
-        report_threshold=table.number("report_threshold", 0.7, 0.01, 0.99),
+        report_threshold=table.number("report_threshold", 0.3, 0.01, 0.99),
         keepout_radius=table.number("keepout_radius_m", 0.15, 0.05, 2.0),
         standoff=table.number("standoff_m", 0.45, 0.2, 2.0),
     )

@@ -32,7 +32,7 @@ class EvidenceSettings:
     """
 
     report_threshold: float = 0.3
-    suspect_threshold: float = 0.4
+    suspect_threshold: float = 0.3
     report_views: int = 4
     suspect_views: int = 3
     associate_within: float = 0.12

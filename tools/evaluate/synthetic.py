@@ -48,7 +48,7 @@ picture's edge too: what it lacks to that observer is not all soil.
             f"""### Driven over: places
 
 {len(runs)} fields in four soils (three were trained on) at nine hours, many looks fused into places; one
-count per mine within its half-extent plus 10 cm. What is reported at {CHOSEN:g}, the demo mission's threshold:
+count per mine within its half-extent plus 10 cm. What is reported at {CHOSEN:g}:
 
 {places(runs)}
 

@@ -14,6 +14,9 @@ const COARSE_CELLS: f64 = 300_000.0;
 /// A map of fewer cells is searched as it is.
 const SMALL_CELLS: f64 = 60_000.0;
 
+/// Cells that an edge and the disc may be long for all squares around it to be looked at, which asks for no clearance.
+const SHORT: f64 = 8.0;
+
 pub struct Grid {
     pub columns: usize,
     pub rows: usize,
@@ -308,7 +311,14 @@ impl Field for Grid {
                 return true;
             }
         }
-        self.segment_clear(a, b, radius)
+        self.short_clear(a, b, radius)
+    }
+
+    fn short_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        if distance(a, b).max(radius) > SHORT * self.resolution {
+            return self.segment_clear(a, b, radius);
+        }
+        self.inside(a, radius) && self.inside(b, radius) && self.squares_clear(a, b, radius)
     }
 
     /// A large map is first searched with fewer cells, and any map in steps of the robot's radius: ways through open

@@ -144,7 +144,7 @@ impl Lattice {
         let mut links = Vec::new();
         for index in self.cells_around(p, reach) {
             let centre = self.point(index);
-            if field.segment_clear(p, centre, self.radius) {
+            if field.short_clear(p, centre, self.radius) {
                 links.push((index, distance(p, centre)));
             }
         }

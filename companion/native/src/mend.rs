@@ -12,6 +12,9 @@ const FARTHER: f64 = 1.25;
 /// Vertices on either side of what is new that are pulled taut with it.
 const BESIDE: usize = 2;
 
+/// Share of the way by which a new vertex is moved at least when it is pulled taut.
+const LEAST_MOVE: f64 = 1.0 / 8.0;
+
 /// Cells of a lattice above which its memory is not kept for the next map.
 const KEPT: usize = 2_000_000;
 
@@ -191,7 +194,11 @@ impl Mended {
         }
         for (first, last) in stretches.into_iter().rev() {
             let mut patch = self.path[first..=last].to_vec();
-            shorten::settle(field, &mut patch, settings, 1);
+            let rough = Shortening {
+                least_move: LEAST_MOVE,
+                ..settings
+            };
+            shorten::settle(field, &mut patch, rough, 1);
             self.path.splice(first..=last, patch);
         }
     }

@@ -13,7 +13,7 @@ use crate::memory::{name_of, Memory, Repair};
 use crate::order;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
-use crate::shorten::Shortening;
+use crate::shorten::{self, Shortening};
 use crate::star;
 use crate::tour::{Search, Stops, Tour};
 
@@ -95,6 +95,7 @@ pub fn plan_again<F: Field>(field: &F, request: &Request, memory: &mut Memory) -
     let shortening = Shortening {
         radius: request.radius,
         corner_cost: request.corner_cost,
+        least_move: shorten::LEAST_MOVE,
         deadline: None,
     };
     let mut outcome = Outcome {

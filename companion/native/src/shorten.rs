@@ -14,6 +14,8 @@ use crate::random::Random;
 pub struct Shortening {
     pub radius: f64,
     pub corner_cost: f64,
+    /// Share of the way to its target by which a vertex that is pulled taut is moved at least.
+    pub least_move: f64,
     /// When to leave a path as good as it is by then.
     pub deadline: Option<Instant>,
 }
@@ -111,12 +113,12 @@ fn push_distinct(path: &mut Vec<Point>, p: Point) {
 
 /// Share of its edges' length that a vertex must be able to save to be looked at.
 const LEAST_GAIN: f64 = 1e-5;
-/// Share of the way to its target by which a vertex is moved at least.
-const LEAST_MOVE: f64 = 1.0 / 128.0;
+/// The usual `least_move`.
+pub const LEAST_MOVE: f64 = 1.0 / 128.0;
 
 /// Pulls every vertex inward as far as both of its edges stay clear.
 pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) -> f64 {
-    let radius = settings.radius;
+    let (radius, least_move) = (settings.radius, settings.least_move);
     let mut gained = 0.0;
     for index in 1..path.len().saturating_sub(1) {
         if settings.late() {
@@ -136,12 +138,12 @@ pub fn pull_taut<F: Field>(field: &F, path: &mut [Point], settings: Shortening) 
                     && field.segment_clear(moved, after, radius)
             };
             // Most vertices of a short path are taut already: the least move says so.
-            if !free(LEAST_MOVE) {
+            if !free(least_move) {
                 continue;
             }
-            let mut clear = LEAST_MOVE;
+            let mut clear = least_move;
             let mut blocked = 1.0;
-            while blocked - clear > LEAST_MOVE {
+            while blocked - clear > least_move {
                 let middle = 0.5 * (clear + blocked);
                 if free(middle) {
                     clear = middle;

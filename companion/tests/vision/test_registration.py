@@ -130,3 +130,11 @@ def test_neighbours_along_the_facade_register_and_strangers_do_not(rover_data: P
     assert [pair(i, i + 1).status for i in range(len(files) - 1)] == ["ok"] * (len(files) - 1)
     strangers = [(a, b) for a in range(len(files)) for b in range(len(files), len(pictures))]
     assert {pair(a, b).status for a, b in strangers} == {"failed"}
+
+
+def test_what_the_way_back_contradicts_is_refused(rover_data: Path) -> None:
+    """Two frames of the facade with the bay window: one way is a wall's width off."""
+    files = sorted((rover_data / "dunr/tiff").iterdir())
+    found = register(read_picture(files[7]), read_picture(files[5]))
+    assert (found.status, found.homography) == ("failed", None)
+    assert "way back" in found.reason

@@ -49,6 +49,8 @@ class RegistrationSettings:
     coarse_overlap, coarse_agreement, coarse_apart: what it takes to believe it alone: share that each picture must
     have of the other, agreement, and the share of the picture that may disagree nevertheless.
     better: by how much its agreement must be the higher for it to be preferred.
+    contradiction: of `register`: how far A's corners may come back from where they were, the way to B and back, mean,
+    a share of A's width.
     """
 
     preprocess: PreprocessSettings = field(
@@ -80,6 +82,7 @@ class RegistrationSettings:
     coarse_agreement: float = 0.45
     coarse_apart: float = 0.25
     better: float = 0.03
+    contradiction: float = 0.05
     seed: int = 1
 
 
@@ -173,9 +176,22 @@ def _refined(
 
 
 def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
-    """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size."""
+    """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size.
+
+    Asked both ways: an answer that the way from B to A contradicts is refused, for nobody can say which of them is right.
+    """
     settings = settings or RegistrationSettings()
-    return register_prepared(prepare(image_a, settings), prepare(image_b, settings), settings)
+    a, b = prepare(image_a, settings), prepare(image_b, settings)
+    found = register_prepared(a, b, settings)
+    back = register_prepared(b, a, settings).homography if found.homography is not None else None
+    if found.homography is None or back is None:
+        return found
+    height, width = a.sharp.shape
+    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    returned = apply_homography(back, apply_homography(found.homography, corners))
+    if np.linalg.norm(returned - corners, axis=1).mean() <= settings.contradiction * width:
+        return found
+    return replace(found, status="failed", reason="the way back says something else", homography=None)
 
 
 def register_prepared(a: Prepared, b: Prepared, settings: RegistrationSettings) -> Registration:

@@ -178,7 +178,7 @@ def _refined(
 def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings | None = None) -> Registration:
     """Where picture A lies in picture B. Pictures are (H, W), 8 or 16 bits, not necessarily of equal size.
 
-    Asked both ways: an answer that the way from B to A contradicts is refused, for nobody can say which of them is right.
+    Asked both ways: an answer that the way from B to A contradicts is refused, for nobody can say which is right.
     """
     settings = settings or RegistrationSettings()
     a, b = prepare(image_a, settings), prepare(image_b, settings)

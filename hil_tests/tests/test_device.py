@@ -216,12 +216,20 @@ def test_a_restart_is_told(bench: Bench) -> None:
     assert bench.hello()["reset_cause"] == "Software"
 
 
+ATTEMPTS = 3
+"""A replay in real time feeds the sensors without a gap of 25 ms; a machine that is busy may not manage at once."""
+
+
 def test_a_recorded_mission_replays_on_it(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mission = Path(__file__).resolve().parent / "missions" / "look.toml"
     assert invoke(["run", str(mission), "--seed", "3", "--out", str(tmp_path), "--quiet"]) in (0, 8)
     capsys.readouterr()
     log = str(tmp_path / "mission.mcap")
-    assert invoke(["replay", log, "--rig", "device", "--port", port, "--json", "--quiet"]) == 0
-    result = json.loads(capsys.readouterr().out)
+    for _ in range(ATTEMPTS):
+        code = invoke(["replay", log, "--rig", "device", "--port", port, "--json", "--quiet"])
+        result = json.loads(capsys.readouterr().out)
+        if "InjectorSilent" not in str(result["first_difference"]):
+            break
+    assert code == 0
     assert result["identical"]
     assert result["parts"]["firmware"]["compared"] >= 5

@@ -20,8 +20,7 @@ def overlap(homography: Points, shape_a: tuple[int, ...], shape_b: tuple[int, ..
 
 def impossible(homography: Points, shape_a: tuple[int, ...]) -> str:
     """Why no camera that looks at a plane can have made this homography; empty where one can."""
-    height, width = shape_a[:2]
-    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    corners = _corners(shape_a)
     if np.any(np.column_stack((corners, np.ones(4))) @ homography[2] / homography[2, 2] < 0.1):
         return "the horizon would lie in the picture"
     mapped = apply_homography(homography, corners)
@@ -33,3 +32,16 @@ def impossible(homography: Points, shape_a: tuple[int, ...]) -> str:
     if not 0.05 < area < 20.0:
         return "the picture would be scaled beyond reason"
     return ""
+
+
+def astray(there: Points, back: Points, shape_a: tuple[int, ...]) -> float:
+    """How far A's corners lie from where they were once they went to B and came back: the mean, pixels."""
+    corners = _corners(shape_a)
+    returned = apply_homography(back, apply_homography(there, corners))
+    return float(np.linalg.norm(returned - corners, axis=1).mean())
+
+
+def _corners(shape: tuple[int, ...]) -> Points:
+    """(4, 2), around the picture."""
+    height, width = shape[:2]
+    return np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])

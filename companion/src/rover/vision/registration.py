@@ -18,7 +18,7 @@ from rover.vision.cluster import EPSILON_PX, MIN_POINTS, NOISE, dbscan
 from rover.vision.features import FeatureDetector, Features, FeatureSettings
 from rover.vision.homography import apply_homography
 from rover.vision.matching import MatchSettings, match_features
-from rover.vision.plausible import impossible, overlap
+from rover.vision.plausible import astray, impossible, overlap
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, local_contrast
 from rover.vision.refine import RefineSettings, refine_from_afar
 from rover.vision.verify import agreement, disagreeing_share
@@ -186,10 +186,7 @@ def register(image_a: Picture, image_b: Picture, settings: RegistrationSettings 
     back = register_prepared(b, a, settings).homography if found.homography is not None else None
     if found.homography is None or back is None:
         return found
-    height, width = a.sharp.shape
-    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
-    returned = apply_homography(back, apply_homography(found.homography, corners))
-    if np.linalg.norm(returned - corners, axis=1).mean() <= settings.contradiction * width:
+    if astray(found.homography, back, a.sharp.shape) <= settings.contradiction * a.sharp.shape[1]:
         return found
     return replace(found, status="failed", reason="the way back says something else", homography=None)
 

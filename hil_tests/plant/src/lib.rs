@@ -205,6 +205,11 @@ impl Plant {
         Ok(())
     }
 
+    /// Somebody lifts the rover and sets it down elsewhere, as seen from base_link: metres and radians.
+    fn carry(&mut self, ahead: f64, left: f64, turn: f64) {
+        self.world.pose = self.world.pose.compose(ahead, left, turn);
+    }
+
     /// Something that was not there before: an upright disc, metres.
     fn add_obstacle(&mut self, x: f64, y: f64, radius: f64, height: f64) {
         self.world.obstacles.push(Obstacle {

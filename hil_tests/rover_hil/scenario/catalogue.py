@@ -196,6 +196,16 @@ FAULTS: dict[str, Fault] = {
         },
         lasting=False,
     ),
+    "carried-away": Fault(
+        "somebody lifts the rover and sets it down elsewhere; no wheel turns",
+        {
+            "ahead_m": Number("from where it was", -20, 20, 0),
+            "left_m": Number("from where it was", -20, 20, 0),
+            "turn_deg": Number("to the left", -180, 180, 0),
+        },
+        lasting=False,
+        needs_mission=True,
+    ),
     # Supply.
     "battery-sag": Fault("the battery gives less", {"drop_v": Number("volts", 0, 8)}),
     # The camera; these need the whole companion.
@@ -208,6 +218,6 @@ IN_MISSIONS = (
     "companion-killed", "companion-frozen", "operator-stop", "camera-frozen", "camera-dead", "camera-ffc",
     "emergency-stop-input", "firmware-hang", "firmware-stall", "brown-out", "encoder-stuck", "encoder-reversed",
     "encoders-swapped", "encoder-jump", "wheel-slip", "motor-stalled", "motor-open", "sonar-dead", "sonar-near",
-    "sonar-deaf", "obstacle-ahead", "battery-sag",
+    "sonar-deaf", "obstacle-ahead", "battery-sag", "carried-away",
 )  # fmt: skip
 """Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives."""

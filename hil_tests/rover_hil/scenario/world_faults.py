@@ -13,6 +13,7 @@ from rover_hil.scenario.language import Injection
 OF_A_WHEEL = ("encoder-stuck", "encoder-reversed", "motor-stalled", "motor-open", "wheel-slip")
 OF_A_SONAR = ("sonar-dead", "sonar-deaf", "sonar-near")
 OF_THE_ROVER = ("encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
+ONCE = ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead", "carried-away")
 FOOTPRINT = 0.15
 POST_HEIGHT = 0.5
 
@@ -47,7 +48,7 @@ class WorldFaults:
 
     def _board(self, injection: Injection, on: bool) -> bool:
         name = injection.fault
-        if name not in ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead"):
+        if name not in ONCE:
             return False
         if not on:
             return True
@@ -60,6 +61,9 @@ class WorldFaults:
         elif name == "encoder-jump":
             wheel = WHEELS.index(str(injection.parameters["wheel"]))
             self._plant.kick_encoder(wheel, int(number(injection, "counts")))
+        elif name == "carried-away":
+            turn = math.radians(number(injection, "turn_deg"))
+            self._plant.carry(number(injection, "ahead_m"), number(injection, "left_m"), turn)
         else:
             self._obstacle(injection)
         return True

@@ -28,6 +28,8 @@ from rover.vision.localizer import Fix, Localizer
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
 # A frame is mapped only when the pose is this certain: what is mapped wrong stays wrong.
 MAPPING_SIGMA = 0.06
+# A pose less certain than this, 1σ in metres, must not be driven on.
+LOST_SIGMA = 0.08
 # Every so many frames one is mapped and searched: 0.24 s apart, 6 cm of driving or 16° of turning, a third of the view.
 MAP_EVERY = 2
 # Way that the rover still makes once a new zone has it stop, metres: the frame's delay, the wire, and braking.
@@ -74,6 +76,16 @@ class Perception:
         (a, b), (_, d) = self.localizer.covariance[:2, :2].tolist()
         # The larger eigenvalue of a symmetric 2 x 2 matrix.
         return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b))
+
+    @property
+    def astray(self) -> bool:
+        """True when the rover must not drive: pictures speak against the pose that it believes, or it is too vague."""
+        return self.localizer.lost or self.sigma > LOST_SIGMA
+
+    @property
+    def placed(self) -> bool:
+        """True when the pose is as certain as what is driven and mapped by it asks."""
+        return not self.localizer.lost and self.sigma <= MAPPING_SIGMA
 
     @property
     def suspected(self) -> list[Place]:
@@ -123,7 +135,7 @@ class Perception:
             self.fixes += 1
         elif not frame.ffc:
             self.rejected += 1
-        if frame.ffc or self.sigma > MAPPING_SIGMA:
+        if frame.ffc or not self.placed:
             return False
         self._shown += 1
         if self.frames % MAP_EVERY:

@@ -1,6 +1,7 @@
 """The mission itself: what has come in goes in, what is to be sent comes out. No I/O, no clock, no chance of its own.
 
     look around → decide → drive → (inspect) → decide → … → finished
+                           ↳ the place is not known → seek → decide
 
 `step` is called every cycle with the telemetry and the frames since the last one; the caller carries out its orders.
 """
@@ -36,8 +37,10 @@ MAX_LOOKS = 2
 REARM_LIMITS = {"SonarGuard": 30, "StopCommand": 100, "Underrun": 5, "DeadMan": 3, "Stall": 3}
 # Between the latch and the new arming: the rover has come to rest and the pose has settled.
 REARM_DELAY = 0.4
-# A pose less certain than this, 1σ in metres, must not be driven on.
-LOST_SIGMA = 0.08
+# Steps of a look around for ground that the rover knows: one whole turn.
+SEEK_TURNS = 6
+# How long it looks after each step: pictures of a turning camera fit less often than those of one at rest.
+SEEK_PAUSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,7 @@ class Survey:
         self._since = 0.0
         self._started: float | None = None
         self._turns_left = LOOK_TURNS
+        self._astray = False
         self._target: Target | None = None
         self._abort: Outcome | None = None
         self._ending = False
@@ -162,11 +166,8 @@ class Survey:
         assert self._started is not None
         if now - self._started > self.mission.max_duration_s:
             self.abort(Outcome("partial", f"the time limit of {self.mission.max_duration_s:g} s ran out"))
-        if self.perception.sigma > LOST_SIGMA:
-            self.abort(
-                Outcome("partial", f"the rover no longer knows where it is (1σ of {self.perception.sigma:.2f} m)")
-            )
         self._watch_sight(now)
+        self._watch_place(now)
         if self._abort is not None and not self._ending:
             self._ending = True
             self.drive.stop()
@@ -182,17 +183,30 @@ class Survey:
             self.drive.stop()
         self._blind = blind
 
+    def _watch_place(self, now: float) -> None:
+        """Nobody drives who does not know where: the rover brakes and looks around for ground that it knows."""
+        if self.phase == "seek" or self._astray or not self.perception.astray:
+            return
+        self._astray = True
+        self._note(now, f"the place is not known (1σ of {self.perception.sigma:.2f} m): looking around for known ground")
+        self.drive.stop()
+
     def _at_rest(self, now: float, space: FreeSpace | None) -> None:
         """The rover stands and nothing is committed: the next thing to do, by phase."""
         if self._abort is not None:
             self._finish(now, self._abort)
             return
+        if self._astray:
+            self._astray, self._turns_left = False, SEEK_TURNS
+            self._enter("seek", now)
         if self._blind and self.phase == "drive":
             self._enter("decide", now)
-        elif self._blind and self.phase in ("look", "inspect"):
+        elif self._blind and self.phase in ("look", "inspect", "seek"):
             self._since = now
         elif self.phase == "look":
             self._look(now)
+        elif self.phase == "seek":
+            self._seek(now)
         elif self.phase == "drive":
             if self.drive.blocked:
                 self.replans += 1
@@ -213,6 +227,20 @@ class Survey:
         self._turns_left -= 1
         pose = self.perception.pose
         self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / LOOK_TURNS))
+
+    def _seek(self, now: float) -> None:
+        if self.perception.placed:
+            self._note(now, f"the place is known again (1σ of {self.perception.sigma:.2f} m)")
+            self._enter("decide", now)
+        elif now - max(self._since, self.drive.committed.end_time) >= SEEK_PAUSE:
+            if self._turns_left == 0:
+                sigma = self.perception.sigma
+                why = f"the rover does not know where it is (1σ of {sigma:.2f} m) and looked all around in vain"
+                self._finish(now, Outcome("partial", why))
+                return
+            self._turns_left -= 1
+            pose = self.perception.pose
+            self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / SEEK_TURNS))
 
     def _decide(self, now: float, space: FreeSpace) -> None:
         pose = self.perception.pose

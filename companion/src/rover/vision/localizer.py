@@ -223,7 +223,7 @@ class Localizer:
             self._contradicted, self._proposal = 0, None
         else:
             fix = self._relocate(time, seen, fix)
-            waits = self._proposal is not None or not self._placed or self.settings.motion == "frames"
+            waits = self._proposal is not None or self.lost or self.settings.motion == "frames"
             if not fix.accepted and unknown and not waits:
                 fix = replace(fix, reason="new ground: placed by the wheels", keyframe=True)
         if fix.keyframe or (fix.accepted and overlap.max() < self.settings.keyframes.sparse):

@@ -5,6 +5,8 @@ Recall is what counts: the strongest few of every size, sign and map are looked 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,8 @@ QUOTAS = {(0, 1): 3, (0, -1): 2, (1, 1): 2, (1, -1): 1, (2, 1): 1, (2, -1): 1}
 MIDDLE_QUOTAS = {(0, 1): 16, (0, -1): 8, (1, 1): 6, (1, -1): 2, (2, 1): 1, (2, -1): 3}
 # Candidates of one size whose centres are nearer than this share of it are one.
 NEAR = 0.2
+# Weaker answers are no spots, grey levels.
+LEAST_ANSWER = np.float32(1e-3)
 # What a mine may measure on the ground, metres, where the scale is told and the picture shows this much of it.
 MINE_METRES = (0.06, 1.2)
 TRUSTED_METRES = 1.2
@@ -51,11 +55,11 @@ def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spot
             if channel >= len(answers):
                 continue
             answer, level = answers[channel][index]
-            for x, y in _peaks(answer * np.float32(sign), extent / (maps.step * 2.0**level), most):
-                point = (maps.from_level(x, level), maps.from_level(y, level))
-                if all((point[0] - u) ** 2 + (point[1] - v) ** 2 >= (NEAR * extent) ** 2 for u, v in here):
-                    here.append(point)
-        found.append(np.array([(x, y, extent) for x, y in here], np.float32).reshape(-1, 3))
+            here += [
+                (maps.from_level(x, level), maps.from_level(y, level))
+                for x, y in _peaks(answer, sign, extent / (maps.step * 2.0**level), most)
+            ]
+        found.append(np.array([(x, y, extent) for x, y in _apart(here, NEAR * extent)], np.float32).reshape(-1, 3))
     return np.concatenate(found) if found else np.zeros((0, 3), np.float32)
 
 
@@ -82,12 +86,35 @@ def _blur(picture: Map, sigma: float, known: dict[tuple[int, int], Map], level: 
     return known[key]
 
 
-def _peaks(strength: Map, extent: float, most: int) -> list[tuple[float, float]]:
-    """(x, y) of the strongest local maxima above zero."""
-    side = 2 * max(1, round(0.25 * extent)) + 1
-    peak = (strength >= cv2.dilate(strength, np.ones((side, side), np.uint8))) & (strength > 1e-3)
+def _apart(points: list[tuple[float, float]], distance: float) -> list[tuple[float, float]]:
+    """The points in order, without those that lie nearer than this to one before them that stays."""
+    if not points:
+        return points
+    x, y = np.array(points).T
+    near = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2 < distance**2
+    free = np.ones(len(points), bool)
+    kept = []
+    for index, point in enumerate(points):
+        if free[index]:
+            kept.append(point)
+            free &= ~near[index]
+    return kept
+
+
+def _peaks(answer: Map, sign: int, extent: float, most: int) -> list[tuple[float, float]]:
+    """(x, y) of the strongest local maxima above zero, of minima below it where the sign is -1."""
+    around = _square(2 * max(1, round(0.25 * extent)) + 1)
+    if sign > 0:
+        peak = (answer >= cv2.dilate(answer, around)) & (answer > LEAST_ANSWER)
+    else:
+        peak = (answer <= cv2.erode(answer, around)) & (answer < -LEAST_ANSWER)
     flat = np.flatnonzero(peak)
     if len(flat) > most:
-        flat = flat[np.argsort(-strength.flat[flat], kind="stable")[:most]]
-    rows, columns = np.unravel_index(flat, strength.shape)
-    return list(zip(columns.tolist(), rows.tolist(), strict=True))
+        flat = flat[np.argsort(-sign * answer.flat[flat], kind="stable")[:most]]
+    columns = answer.shape[1]
+    return [(index % columns, index // columns) for index in flat.tolist()]
+
+
+@lru_cache(maxsize=64)
+def _square(side: int) -> NDArray[np.uint8]:
+    return np.ones((side, side), np.uint8)

@@ -50,13 +50,16 @@ def detect_in_picture(
 
 def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> list[int]:
     """Indices of the spots that stay, highest score first: none within another's place."""
+    order = np.argsort(-score, kind="stable")
+    x, y, extent = spots[order].T
+    apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
+    same = apart <= SAME * np.maximum(extent[:, None], extent)
+    free = np.ones(len(order), bool)
     kept: list[int] = []
-    for index in np.argsort(-score, kind="stable").tolist():
-        if len(kept) == most:
-            break
-        x, y, extent = spots[index].tolist()
-        others = spots[kept]
-        apart = np.maximum(np.abs(others[:, 0] - x), np.abs(others[:, 1] - y)) if kept else np.zeros(0)
-        if (apart > SAME * np.maximum(others[:, 2], extent)).all() if kept else True:
+    for place, index in enumerate(order.tolist()):
+        if free[place]:
             kept.append(index)
+            if len(kept) == most:
+                break
+            free &= ~same[place]
     return kept

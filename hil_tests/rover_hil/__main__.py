@@ -28,6 +28,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     command.add_argument("--control", required=True, type=Path, help="unix socket to listen on")
     command.add_argument("--out", type=Path, help="folder for truth.json and truth.tum")
     command.add_argument("--data", type=Path, help="folder with landmines/: ground of real thermal pictures")
+    command.add_argument("--former", type=Path, help="folder of a run whose rover drives on from where it stands")
     command.add_argument("--linger", type=float, default=60.0, help="seconds to go on after a companion was lost")
     command.add_argument("--free-run", action="store_true", help="real time from the start, without a companion")
     command.add_argument("--frames", type=Path, help="unix socket for the camera's pictures, in real time")

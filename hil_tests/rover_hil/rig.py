@@ -85,6 +85,10 @@ class Rig(Protocol):
         """True trajectory (n, 4): time s, x, y, heading."""
         ...
 
+    def seen(self) -> NDArray[np.bool_]:
+        """Ground that the camera has shown, (rows, columns) of 1 cm."""
+        ...
+
     def verdict(self) -> dict[str, Any]:
         """The referee's counts so far."""
         ...

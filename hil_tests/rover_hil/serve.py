@@ -17,6 +17,7 @@ from rover.mission.config import Mission, load
 from rover.record.tum import write_tum
 from rover.vision.camera_file import load_camera
 
+from rover_hil.former_world import drive_on, save_seen
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.referee import judge_mines, judge_zones
@@ -43,6 +44,7 @@ class Options:
     wire: str = "serial"
     pictures: bool = True
     frames: Path | None = None
+    former: Path | None = None
 
 
 def check_rig(name: str) -> None:
@@ -53,9 +55,18 @@ def check_rig(name: str) -> None:
 
 
 def build_rig(
-    mission: Mission, ground: Ground, name: str, seed: int, wire: str = "serial", pictures: bool = True
+    mission: Mission,
+    ground: Ground,
+    name: str,
+    seed: int,
+    wire: str = "serial",
+    pictures: bool = True,
+    former: Path | None = None,
 ) -> Rig:
-    """The rig of that name in that field; its camera takes `pictures` or none. Raises BadInput, PreflightFailed."""
+    """The rig of that name in that field; its camera takes `pictures` or none.
+
+    `former`: folder of a run whose rover drives on from where it stands. Raises BadInput, PreflightFailed.
+    """
     check_rig(name)
     if wire not in WIRES:
         raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")
@@ -63,6 +74,8 @@ def build_rig(
         mission = replace(mission, rover=replace(mission.rover, baud=SLCAN_BAUD))
     model = load_camera(mission.rover.camera)
     plant = build_plant(mission, ground, model, seed, pictures)
+    if former is not None:
+        drive_on(plant, former, seed)
     return RIGS[name](plant, describe_camera(model), mission.rover.baud, wire)
 
 
@@ -81,11 +94,12 @@ def verdict_of(
 
 
 def write_truth(out: Path, rig: Rig, ground: Ground, seed: int, verdict: dict[str, Any]) -> None:
-    """truth.tum (100 Hz) and truth.json (what lies where, and the verdict) in `out`."""
+    """truth.tum (100 Hz), truth.json (what lies where, and the verdict) and the ground that was seen, in `out`."""
     out.mkdir(parents=True, exist_ok=True)
     write_tum(out / "truth.tum", rig.truth())
     document = {"rig": rig.name, "seed": seed, **ground.truth(), "verdict": verdict}
     (out / "truth.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    save_seen(out, rig.seen())
 
 
 def serve(options: Options) -> None:
@@ -95,7 +109,7 @@ def serve(options: Options) -> None:
     mission = load(options.mission)
     check_rig(options.rig)  # before the field, which takes a while
     ground = build(mission, options.seed, options.data)
-    rig = build_rig(mission, ground, options.rig, options.seed, options.wire, options.pictures)
+    rig = build_rig(mission, ground, options.rig, options.seed, options.wire, options.pictures, options.former)
 
     def finish(zones: list[dict[str, Any]], detections: list[dict[str, Any]]) -> dict[str, Any]:
         verdict = verdict_of(rig, mission, ground, zones, detections)

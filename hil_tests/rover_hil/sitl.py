@@ -118,6 +118,10 @@ class SitlRig:
         """True trajectory (n, 4): time s, x, y, heading."""
         return self._plant.truth()
 
+    def seen(self) -> NDArray[np.bool_]:
+        """Ground that the camera has shown, (rows, columns) of 1 cm."""
+        return self._plant.seen()[0]
+
     def verdict(self) -> dict[str, Any]:
         """The plant's referee: collisions, clearances, unseen ground."""
         return self._plant.verdict()

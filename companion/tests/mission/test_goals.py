@@ -62,11 +62,17 @@ def test_what_was_inspected_or_given_up_stays_so() -> None:
     assert goals.pending == []
 
 
-def test_the_nearest_pending_goal_is_found_and_nothing_when_none_is_left() -> None:
-    goals = Goals([(0.0, 0.0), (2.0, 2.0)])
-    nearest = goals.nearest_pending(1.9, 1.5)
-    assert nearest is not None
-    assert nearest.id == "operator-2"
-    nearest.state = INSPECTED
-    assert goals.nearest_pending(1.9, 1.5).id == "operator-1"  # type: ignore[union-attr]
-    assert Goals([]).nearest_pending(0.0, 0.0) is None
+def test_another_run_goes_on_with_what_is_inspected_and_tries_again_what_was_given_up() -> None:
+    former = Goals([(0.0, 0.0), (2.0, 2.0), (1.0, 2.0)])
+    former.update([Place(1, 2.0, 3.0), Place(2, 1.0, 1.0)])
+    for goal, state in zip(former, (INSPECTED, UNREACHABLE, INSPECTED, INSPECTED, UNREACHABLE), strict=True):
+        goal.state = state
+    goals = Goals([(0.0, 0.0), (2.0, 2.0), (1.5, 2.5)])
+    goals.restore(former)
+    assert states(goals) == {
+        "operator-1": INSPECTED,
+        "operator-2": PENDING,
+        "operator-3": PENDING,
+        "place-1": INSPECTED,
+        "place-2": PENDING,
+    }

@@ -205,6 +205,25 @@ impl Plant {
         Ok(())
     }
 
+    /// Sets the rover where a former run has left it, on ground that was seen then. Raises ValueError.
+    fn drive_on(
+        &mut self,
+        seen: PyReadonlyArray2<'_, bool>,
+        x: f64,
+        y: f64,
+        heading: f64,
+    ) -> PyResult<()> {
+        if self
+            .world
+            .drive_on(seen.as_slice()?, Pose { x, y, heading })
+        {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(
+            "the ground that was seen is of another area",
+        ))
+    }
+
     /// Somebody lifts the rover and sets it down elsewhere, as seen from base_link: metres and radians.
     fn carry(&mut self, ahead: f64, left: f64, turn: f64) {
         self.world.pose = self.world.pose.compose(ahead, left, turn);

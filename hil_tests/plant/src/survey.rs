@@ -56,6 +56,15 @@ impl Survey {
         &self.seen
     }
 
+    /// Ground that was seen before, of the same raster; false when it does not fit.
+    pub fn add_seen(&mut self, seen: &[bool]) -> bool {
+        let fits = seen.len() == self.seen.len();
+        for (cell, before) in self.seen.iter_mut().zip(seen).filter(|_| fits) {
+            *cell |= before;
+        }
+        fits
+    }
+
     /// Area that a wheel touched before it was seen, m².
     pub fn unseen_touched(&self) -> f64 {
         self.touched_cells as f64 * CELL * CELL

@@ -99,6 +99,17 @@ impl World {
         world
     }
 
+    /// Begins where a former world has ended, with the ground that was seen in it; false when that does not fit.
+    pub fn drive_on(&mut self, seen: &[bool], pose: Pose) -> bool {
+        if !self.survey.add_seen(seen) {
+            return false;
+        }
+        self.pose = pose;
+        self.referee = Referee::new(&self.config);
+        self.look();
+        true
+    }
+
     /// Puts a firmware into the loop that has just been switched on: its clock and its counts of bytes begin now.
     /// `host_bytes`: what the host has written so far; bytes on the wire are lost to it.
     pub fn attach(&mut self, sitl: Sitl, host_bytes: u64) {

@@ -11,16 +11,14 @@ from typing import Any, Protocol
 import cv2
 from rover.detection.classifier import Classifier, default_model
 from rover.errors import BadInput, RoverError
+from rover.mission.begin import begin
 from rover.mission.loop import Control, MissionLoop
-from rover.mission.origin import origin_of, restore_mission
-from rover.mission.perception import Perception
+from rover.mission.origin import origin_of, restore_former, restore_mission
 from rover.mission.run import DEVICE
-from rover.mission.survey import Survey
 from rover.record.comparison import Comparison, Differs, RecordingOver
 from rover.record.difference import Difference
 from rover.record.log_reader import Log
 from rover.record.rig_step import RigStep
-from rover.vehicle import Vehicle
 from rover.vision.camera_file import load_camera
 
 from rover_hil.firmware_process import emulator_command, sitl_command
@@ -105,8 +103,9 @@ def replay(
         scratch = Path(folder)
         mission = restore_mission(log.files, scratch, changes.overrides)
         classifier = Classifier(mission.detector.model or default_model())
-        perception = Perception(mission, Vehicle(), load_camera(mission.rover.camera), classifier)
+        camera = load_camera(mission.rover.camera)
         seed = int(origin["seed"])
+        survey = begin(mission, camera, classifier, seed, restore_former(log.files, scratch, mission, camera))
         now = origin_of(mission, origin["rig"], origin["transport"], seed, float(origin["cycle_s"]), classifier.sha256)
         build = {
             key: f"{origin.get(key, 'unknown')} → {value}"
@@ -115,7 +114,7 @@ def replay(
         }
         comparison = Comparison(log)
         if origin["rig"] == IMPORTED:
-            frames = replay_estimators(log, perception, comparison, pace, on_time)
+            frames = replay_estimators(log, survey.perception, comparison, pace, on_time)
             return Replayed(
                 path, rig, frames, None, Compared(comparison.messages, comparison.difference), build, log.cut
             )
@@ -131,7 +130,6 @@ def replay(
             if port is not None or changes.parameters:
                 raise BadInput(f"{path}: recorded on a real rover: what entered its firmware is not in the log")
             device = RecordedDevice(log, on_arrival)
-            survey = Survey(mission, Vehicle(), perception, seed)
             _drive(MissionLoop(survey, device, comparison, None, control, seed), comparison)
             companion = Compared(comparison.messages, comparison.difference)
             return Replayed(path, rig, device.frames_fed, None, companion, build, log.cut)
@@ -146,7 +144,6 @@ def replay(
         try:
             world = RecordedWorld(recorded, log, on_arrival, scratch)
             try:
-                survey = Survey(mission, Vehicle(), perception, seed)
                 _drive(MissionLoop(survey, world.rig, comparison, None, control, seed), comparison)
             finally:
                 world.close()

@@ -30,6 +30,7 @@ Examples:
   rover run demo
   rover run demo --seed 3 --out runs/third
   rover run demo --transport can
+  rover run demo --resume runs/demo-1 --out runs/demo-1-more
   rover run field.toml --data ~/pictures --quiet
   rover run field.toml --rig device --port /dev/ttyACM0 --camera-source v4l2:/dev/video0
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
@@ -72,6 +73,10 @@ def command(
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
     ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(metavar="RUN", help="Folder of an earlier run of this field: go on with what it has learned."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")] = False,
 ) -> int:
@@ -81,7 +86,7 @@ def command(
     loaded = load(mission)
     if data is not None and not data.is_dir():
         raise BadInput(f"--data {data}: no such folder")
-    folder = _folder(out, loaded.name, seed)
+    folder = _folder(out, loaded.name + ("" if resume is None else "-resumed"), seed)
     beginning = "looking at rover and camera" if rig is RigName.DEVICE else "laying the field and starting the rig"
     view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet, beginning=beginning)
 
@@ -98,6 +103,7 @@ def command(
             seed=seed,
             out=folder,
             data=data,
+            resume=resume,
             on_status=view.show,
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,
@@ -116,6 +122,8 @@ def finding_line(finding: Finding) -> str:
 
 def summary_text(result: RunResult, report: Path) -> str:
     """A few lines for a person; the last is the path of the report."""
+    from rover.report.result import PARTIAL
+
     goals = sum(goal.reached for goal in result.goals)
     area = result.area_width * result.area_height
     lines = [
@@ -141,6 +149,8 @@ def summary_text(result: RunResult, report: Path) -> str:
         lines.append(
             "collisions, keep-out violations and unseen ground driven on: not known, nobody counts on a real field"
         )
+    if result.status == PARTIAL:
+        lines.append(f"to go on: rover run MISSION --resume {report.parent}")
     return "\n".join([*lines, str(report)])
 
 

@@ -59,6 +59,15 @@ class Evidence:
         """Every place, oldest first."""
         return list(self._places)
 
+    @property
+    def content(self) -> tuple[list[Place], int]:
+        """Every place, and the number of the next new one."""
+        return list(self._places), self._next
+
+    def restore(self, places: Sequence[Place], next_place: int) -> None:
+        """Takes over what another run has found; numbers go on from there."""
+        self._places, self._next = list(places), next_place
+
     def update(
         self, detections: Sequence[Detection], pose: Pose2, covariance: NDArray[np.float64], time: float
     ) -> None:

@@ -42,7 +42,7 @@ REPLY_TIMEOUT = 60.0
 class RigOptions:
     """What to start: paths as given by the user, `seed` fixes everything random in the rig.
 
-    `transport`: the wire between companion and firmware, "serial" or "can".
+    `transport`: the wire between companion and firmware, "serial" or "can". `former`: the run whose rover drives on.
     """
 
     mission: Path
@@ -53,6 +53,7 @@ class RigOptions:
     linger: float = 60.0
     free_run: bool = False
     transport: str = "serial"
+    former: Path | None = None
 
 
 class RigProcess:
@@ -245,6 +246,8 @@ def rig_command(options: RigOptions, control: str) -> list[str]:
         command.append("--free-run")
     if options.transport != "serial":
         command += ["--wire", options.transport]
+    if options.former is not None:
+        command += ["--former", str(options.former)]
     return command
 
 

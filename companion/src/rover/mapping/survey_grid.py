@@ -7,8 +7,8 @@ in its cone. A cell is occupied when either layer says so. Row 0 lies at y = 0, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
@@ -39,6 +39,15 @@ CLOSE_ECHO = 0.40
 PERSISTENT = 3
 # A pose less certain than this, metres, still shows the ground but maps obstacles with less weight.
 SURE_POSE = 0.03
+# What is learned, by the names that it has in files.
+LAYERS = {
+    "seen": "seen",
+    "thermal": "thermal",
+    "sonar": "sonar",
+    "temperature": "temperature",
+    "temperature_count": "_count",
+    "close_echoes": "_close",
+}
 # Frames after which the mosaic forgets the first ones.
 MOSAIC_MEMORY = 50
 
@@ -70,6 +79,20 @@ class SurveyGrid:
         self._close = np.zeros(self.shape, np.uint8)
         self._near_obstacle: NDArray[np.bool_] = np.zeros(self.shape, bool)
         self._view: CameraView | None = None
+
+    def layers(self) -> dict[str, NDArray[Any]]:
+        """All that has been learned, by name; rasters (rows, columns)."""
+        return {name: getattr(self, attribute) for name, attribute in LAYERS.items()}
+
+    def restore(self, layers: Mapping[str, NDArray[Any]]) -> None:
+        """Takes over what a grid of the same area had learned. Raises ValueError when it does not fit."""
+        for name, attribute in LAYERS.items():
+            layer = getattr(self, attribute)
+            given = layers.get(name)
+            if given is None or given.shape != layer.shape or given.dtype != layer.dtype:
+                raise ValueError(f"layer {name} does not fit")
+            layer[:] = given
+        self._near_obstacle = cv2.dilate(self._thermal_obstacles(), ECHO_SLACK).astype(bool)
 
     @property
     def occupied(self) -> NDArray[np.bool_]:

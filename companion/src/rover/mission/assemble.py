@@ -50,7 +50,7 @@ def assemble(
     perception = survey.perception
     grid = perception.grid
     area = survey.mission.area
-    start = track.fused[0, 0] if len(track.fused) else 0.0
+    start = track.start
     shown = ~survey.unshown()
     return RunResult(
         mission=survey.mission.name,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rover.mission.keepout import SuspectedPlace
 
@@ -59,6 +58,18 @@ class Goals:
         for place in places.values():
             self._goals.append(Goal(f"place-{place.id}", place.x, place.y, place.id))
 
-    def nearest_pending(self, x: float, y: float) -> Goal | None:
-        """The pending goal closest to a point, if any."""
-        return min(self.pending, key=lambda goal: (math.hypot(goal.x - x, goal.y - y), goal.id), default=None)
+    def restore(self, former: Iterable[Goal]) -> None:
+        """Takes over another run's goals: of the operator's points those that are wanted now, too.
+
+        What was inspected stays so; what was given up is tried again.
+        """
+        wanted = {(goal.x, goal.y): goal for goal in self._goals}
+        for goal in former:
+            reached = goal.state == INSPECTED
+            again = replace(goal, attempts=0, inspected_at=None)
+            if goal.state == UNREACHABLE:
+                again = replace(again, state=PENDING, reason="")
+            if goal.place_id is not None:
+                self._goals.append(again)
+            elif reached and (goal.x, goal.y) in wanted:
+                wanted[goal.x, goal.y].state = INSPECTED

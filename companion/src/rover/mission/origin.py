@@ -14,14 +14,18 @@ import rover_protocol.messages as messages
 import rover
 from rover.errors import BadInput
 from rover.mission.config import Mission, from_document
+from rover.mission.former_run import FILES as FORMER_FILES
+from rover.mission.former_run import FormerRun, load_run
 from rover.record.recording import Recording
 from rover.toml_file import read_toml
+from rover.vision.camera import CameraModel
 from rover.vision.camera_file import camera_file
 
 MISSION_FILE = "mission.toml"
 CAMERA_FILE = "camera.toml"
 MODEL_FILE = "model.onnx"
 TOML = "application/toml"
+BINARY = "application/octet-stream"
 SOURCES = Path(rover.__file__).resolve().parent
 
 
@@ -43,12 +47,24 @@ def origin_of(mission: Mission, rig: str, transport: str, seed: int, cycle: floa
     }
 
 
-def attach_files(recording: Recording, mission: Mission) -> None:
-    """Mission, camera and, where it is not the one that ships, the model."""
+def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:
+    """Mission, camera and, where it is not the one that ships, the model; the files of the run that it goes on from."""
     recording.attach(MISSION_FILE, TOML, mission.path.read_bytes())
     recording.attach(CAMERA_FILE, TOML, camera_file(mission.rover.camera).read_bytes())
     if mission.detector.model:
-        recording.attach(MODEL_FILE, "application/octet-stream", Path(mission.detector.model).read_bytes())
+        recording.attach(MODEL_FILE, BINARY, Path(mission.detector.model).read_bytes())
+    if former is not None:
+        for name in FORMER_FILES:
+            recording.attach(name, BINARY, (former / name).read_bytes())
+
+
+def restore_former(files: Mapping[str, bytes], folder: Path, mission: Mission, camera: CameraModel) -> FormerRun | None:
+    """The earlier run that a log's run went on from, laid into `folder`; None when it began anew. Raises BadInput."""
+    if not all(name in files for name in FORMER_FILES):
+        return None
+    for name in FORMER_FILES:
+        (folder / name).write_bytes(files[name])
+    return load_run(folder, mission, camera)
 
 
 def restore_mission(files: Mapping[str, bytes], folder: Path, overrides: Mapping[str, Any]) -> Mission:

@@ -22,6 +22,7 @@ from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
 from rover.vehicle import Vehicle
 from rover.vision.camera import CameraModel
+from rover.vision.keyframe_map import KeyframeMap
 from rover.vision.localizer import Fix, Localizer
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
@@ -43,11 +44,19 @@ INSPECTION_VIEWS = 4
 class Perception:
     """Estimators and maps of one mission; deterministic in what it is given."""
 
-    def __init__(self, mission: Mission, vehicle: Vehicle, camera: CameraModel, classifier: Classifier) -> None:
+    def __init__(
+        self,
+        mission: Mission,
+        vehicle: Vehicle,
+        camera: CameraModel,
+        classifier: Classifier,
+        known: KeyframeMap | None = None,
+    ) -> None:
+        """known: keyframes of an earlier run; with them the rover begins by finding out where it is."""
         area = mission.area
         self.vehicle = vehicle
         self.camera = camera
-        self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA)
+        self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA, known=known)
         self.grid = SurveyGrid(area.width, area.height)
         self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))
         self.keepout = KeepOut(mission.detector.keepout_radius)

@@ -25,22 +25,21 @@ from rover.link.lockstep import LockstepRig, RigOptions, RigProcess
 from rover.link.port import CanPort, parse_port
 from rover.link.self_test import Finding
 from rover.mission.assemble import assemble
+from rover.mission.begin import begin
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
+from rover.mission.former_run import FILES as FORMER_FILES
+from rover.mission.former_run import FormerRun, load_run, save_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, MissionRig, Status
 from rover.mission.origin import attach_files, origin_of
-from rover.mission.perception import Perception
 from rover.mission.survey import Survey
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
 from rover.report.result import Identities, RealTime, RunResult, WallClock
 from rover.report.write import write_run
-from rover.vehicle import Vehicle
 from rover.vision.camera import CameraModel
 from rover.vision.camera_file import load_camera
-from rover.vision.keyframe_map import FILE_NAME as KEYFRAMES
-from rover.vision.keyframe_map import save_map
 
 SIMULATED = ("sitl", "emulator")
 """Rigs that bring their own world, camera and port."""
@@ -63,6 +62,7 @@ class _Prepared:
     out: Path
     on_status: Callable[[Status], None] | None
     control: Control
+    former: FormerRun | None
 
     def drive(self, rig: MissionRig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
         """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
@@ -81,7 +81,7 @@ class _Prepared:
         """The log, with what the run is made from."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
         recording = Recording(self.out / "mission.mcap", {**origin, **(more or {})})
-        attach_files(recording, self.mission)
+        attach_files(recording, self.mission, self.former.folder if self.former is not None else None)
         return recording
 
 
@@ -95,12 +95,14 @@ def run_mission(
     seed: int = 1,
     out: Path,
     data: Path | None = None,
+    resume: Path | None = None,
     on_status: Callable[[Status], None] | None = None,
     on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
 ) -> RunResult:
     """One whole mission; its folder `out` is complete when this returns, however the mission ended.
 
+    `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
     Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
@@ -117,21 +119,24 @@ def run_mission(
     elif port is not None:
         transport = "can" if isinstance(parse_port(port), CanPort) else "serial"
     cv2.setNumThreads(1)
+    camera = load_camera(mission.rover.camera)
+    if resume is not None and resume.resolve() == out.resolve():
+        raise BadInput(f"--out {out}: the run to go on from is there; name another folder")
+    former = load_run(resume, mission, camera) if resume is not None else None
     out.mkdir(parents=True, exist_ok=True)
     _forget_earlier_run(out)
     classifier = Classifier(mission.detector.model or default_model())
-    camera = load_camera(mission.rover.camera)
-    survey = Survey(mission, Vehicle(), Perception(mission, Vehicle(), camera, classifier), seed)
+    survey = begin(mission, camera, classifier, seed, former)
     prepared = _Prepared(
-        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control()
+        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), former
     )
-    begin = time.monotonic()
+    started = time.monotonic()
     real_time = referee = None
     if rig == DEVICE:
         run, real_time = _on_device(prepared, port, camera_source, on_finding)
     else:
         run, referee = _on_simulated(prepared, data)
-    wall = time.monotonic() - begin
+    wall = time.monotonic() - started
     assert survey.outcome is not None
     identities = _with_firmware(_identities(mission, rig, seed, classifier), run.link.identity)
     result = assemble(survey, run.track, run.link.figures(), identities, referee, out)
@@ -139,16 +144,17 @@ def run_mission(
     result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
     write_tum(out / "trajectory.tum", run.track.fused)
     write_run(result, out)
-    known = survey.perception.localizer.map
-    if known.frames:
-        save_map(out / KEYFRAMES, known, camera)
+    save_run(out, survey)
     return result
 
 
 def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, dict[str, float | None] | None]:
     """In virtual time, on a rig that is started for it."""
     mission, out = prepared.mission, prepared.out
-    options = RigOptions(mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport)
+    former = prepared.former.folder if prepared.former is not None else None
+    options = RigOptions(
+        mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=former
+    )
     process = RigProcess(options, out / "rig.log")
     try:
         (out / "rig.json").write_text(
@@ -189,9 +195,10 @@ def _forget_earlier_run(out: Path) -> None:
         "map.png",
         "detections.geojson",
         "trajectory.tum",
-        KEYFRAMES,
+        *FORMER_FILES,
         "truth.tum",
         "truth.json",
+        "truth_seen.npz",
         "rig.json",
         "rig.log",
     ):

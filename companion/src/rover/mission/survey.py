@@ -87,7 +87,7 @@ class Survey:
         self._ending = False
         self._sight = Sight()
         self._blind = False
-        self._looks = np.zeros(perception.grid.shape, np.uint8)
+        self.looks = np.zeros(perception.grid.shape, np.uint8)
         self._armed_once = False
 
     # -- what others may ask -------------------------------------------------------------------------------------
@@ -97,13 +97,19 @@ class Survey:
         if self._abort is None and self.outcome is None:
             self._abort = outcome
 
+    def restore_looks(self, looks: np.ndarray) -> None:
+        """Takes over how often each cell was looked for. Raises ValueError when it does not fit."""
+        if looks.shape != self.looks.shape:
+            raise ValueError("looks do not fit")
+        self.looks[:] = looks
+
     def unseen(self) -> np.ndarray:
         """Cells of the area that no frame has shown and that are worth looking at, (rows, columns)."""
-        return self.unshown() & (self._looks < MAX_LOOKS)
+        return self.unshown() & (self.looks < MAX_LOOKS)
 
     def hidden(self) -> np.ndarray:
         """Cells that stayed unseen though the rover looked."""
-        return self.unshown() & (self._looks >= MAX_LOOKS)
+        return self.unshown() & (self.looks >= MAX_LOOKS)
 
     def unshown(self) -> np.ndarray:
         grid = self.perception.grid
@@ -188,7 +194,7 @@ class Survey:
         if self.phase == "seek" or self._astray or not self.perception.astray:
             return
         self._astray = True
-        self._note(now, f"the place is not known (1σ of {self.perception.sigma:.2f} m): looking around for known ground")
+        self._note(now, f"the place is not known (1σ of {self.perception.sigma:.2f} m): looking around")
         self.drive.stop()
 
     def _at_rest(self, now: float, space: FreeSpace | None) -> None:
@@ -273,7 +279,7 @@ class Survey:
             self.perception.count_views(self._target.goal)
             self._enter("inspect", now)
             return
-        self._looks[self.unshown() & self.perception.in_view(self._target.pose)] += 1
+        self.looks[self.unshown() & self.perception.in_view(self._target.pose)] += 1
         self._enter("decide", now)
 
     def _inspected(self, now: float) -> None:

@@ -9,17 +9,24 @@ from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 
+PLACED = 1.0
+"""A pose with a larger 1σ than this, metres, is none: the rover has not found out yet where it is."""
+
 
 class Track:
-    """Poses at the end of every cycle. Times in seconds of the companion's clock."""
+    """Poses at the end of every cycle, once there is one. Times in seconds of the companion's clock."""
 
     def __init__(self) -> None:
+        self._times: list[float] = []
         self._fused: list[tuple[float, float, float, float]] = []
         self._wheels: list[tuple[float, float, float, float]] = []
         self._sigmas: list[float] = []
 
     def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float) -> None:
         """One cycle."""
+        self._times.append(now)
+        if sigma > PLACED:
+            return
         self._fused.append((now, fused.x, fused.y, fused.heading))
         self._wheels.append((now, wheels.x, wheels.y, wheels.heading))
         self._sigmas.append(sigma)
@@ -46,8 +53,13 @@ class Track:
 
     @property
     def duration(self) -> float:
-        """Seconds from the first pose to the last."""
-        return self._fused[-1][0] - self._fused[0][0] if self._fused else 0.0
+        """Seconds from the first cycle to the last."""
+        return self._times[-1] - self._times[0] if self._times else 0.0
+
+    @property
+    def start(self) -> float:
+        """When the first cycle ended."""
+        return self._times[0] if self._times else 0.0
 
     @property
     def distance(self) -> float:

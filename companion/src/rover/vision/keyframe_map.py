@@ -7,8 +7,6 @@ camera: a keyframe tells something only to the camera and mount that it was made
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,17 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.archive_file import UNREADABLE, damaged, read_archive, write_archive
 from rover.errors import BadInput
 from rover.vision.camera import CameraModel
 from rover.vision.keyframes import Keyframe
 from rover.vision.matching import BITS
 
 FILE_NAME = "keyframes.npz"
+WHAT = "keyframe map"
 VERSION = 1
 """Of the file, and of what descriptors mean: one more when either changes."""
 
 _SAME = 1e-9
-_UNREADABLE = (OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,22 +39,18 @@ class KeyframeMap:
 
 def save_map(path: Path, known: KeyframeMap, camera: CameraModel) -> None:
     """Writes the map; the same map gives the same bytes. Raises BadInput where the file cannot be written."""
-    try:
-        with path.open("wb") as file:
-            np.savez(
-                file,
-                version=np.int64(VERSION),
-                camera=np.frombuffer(json.dumps(asdict(camera)).encode(), np.uint8),
-                poses=known.poses,
-                covariance=known.covariance,
-                time=np.array([frame.time for frame in known.frames]),
-                features=np.array([len(frame.descriptors) for frame in known.frames], np.int64),
-                ground=_joined([frame.ground for frame in known.frames], (0, 2)),
-                pixel_m=_joined([frame.pixel_m for frame in known.frames], (0,)),
-                descriptors=_joined([frame.descriptors for frame in known.frames], (0, BITS // 8)).astype(np.uint8),
-            )
-    except OSError as error:
-        raise BadInput(f"{path}: the keyframe map cannot be written: {error.strerror or error}") from error
+    content = {
+        "version": np.array(VERSION),
+        "camera": np.frombuffer(json.dumps(asdict(camera)).encode(), np.uint8),
+        "poses": known.poses,
+        "covariance": known.covariance,
+        "time": np.array([frame.time for frame in known.frames]),
+        "features": np.array([len(frame.descriptors) for frame in known.frames], np.int64),
+        "ground": _joined([frame.ground for frame in known.frames], (0, 2)),
+        "pixel_m": _joined([frame.pixel_m for frame in known.frames], (0,)),
+        "descriptors": _joined([frame.descriptors for frame in known.frames], (0, BITS // 8)).astype(np.uint8),
+    }
+    write_archive(path, WHAT, content)
 
 
 def load_map(place: Path, camera: CameraModel) -> KeyframeMap:
@@ -64,14 +59,8 @@ def load_map(place: Path, camera: CameraModel) -> KeyframeMap:
     Raises BadInput, one line, for a file that is missing, damaged, of another version, or made with another camera.
     """
     path = place / FILE_NAME if place.is_dir() else place
-    if not path.is_file():
-        raise BadInput(f"{path}: no such keyframe map; a run's folder or its {FILE_NAME} is expected")
+    content = read_archive(path, WHAT)
     try:
-        with zipfile.ZipFile(path) as members:
-            if members.testzip() is not None:
-                raise zipfile.BadZipFile("checksum")
-        with np.load(path, allow_pickle=False) as archive:
-            content = {name: np.asarray(archive[name]) for name in archive.files}
         version = int(content["version"])
         if version != VERSION:
             raise BadInput(f"{path}: keyframe map of version {version}; this rover reads version {VERSION}")
@@ -79,8 +68,8 @@ def load_map(place: Path, camera: CameraModel) -> KeyframeMap:
         known = _unpacked(content)
     except BadInput:
         raise
-    except _UNREADABLE as error:
-        raise BadInput(f"{path}: damaged, or no keyframe map") from error
+    except UNREADABLE as error:
+        raise damaged(path, WHAT) from error
     differing = _differing(made_with, camera)
     if differing:
         raise BadInput(f"{path}: made with another camera or mount: {', '.join(differing)} differ from {camera.name}'s")

@@ -1,0 +1,145 @@
+"""What a run has learned of its field, kept in its folder, so that a next one goes on from there.
+
+`keyframes.npz` tells the next run where it is (`rover.vision.keyframe_map`), `survey.npz` what is known already: seen
+ground, obstacles, places with all their evidence, goals. Nothing is taken over but what lies in the same area.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.archive_file import UNREADABLE, damaged, read_archive, write_archive
+from rover.detection.place import Place
+from rover.errors import BadInput
+from rover.mission.config import Mission
+from rover.mission.goals import Goal
+from rover.vision.camera import CameraModel
+from rover.vision.keyframe_map import FILE_NAME as KEYFRAMES
+from rover.vision.keyframe_map import KeyframeMap, load_map, save_map
+
+if TYPE_CHECKING:
+    from rover.mission.survey import Survey
+
+SURVEY = "survey.npz"
+WHAT = "survey"
+VERSION = 1
+FILES = (KEYFRAMES, SURVEY)
+
+
+@dataclass(frozen=True, eq=False)
+class FormerRun:
+    """layers: of the map, by name. looks: how often each cell was looked for. next_place: number of the next new one.
+
+    released: places that were inspected and proved to be no indication.
+    """
+
+    folder: Path
+    keyframes: KeyframeMap
+    layers: dict[str, NDArray[Any]]
+    looks: NDArray[np.uint8]
+    places: list[Place]
+    next_place: int
+    goals: list[Goal]
+    released: set[int]
+
+
+def save_run(folder: Path, survey: Survey) -> None:
+    """Both files; none where nothing was seen. The same run gives the same bytes. Raises BadInput."""
+    perception = survey.perception
+    known = perception.localizer.map
+    if not known.frames:
+        return
+    save_map(folder / KEYFRAMES, known, perception.camera)
+    places, next_place = perception.evidence.content
+    content = {
+        "version": VERSION,
+        "area": [survey.mission.area.width, survey.mission.area.height],
+        "next_place": next_place,
+        "places": [_record(place) for place in places],
+        "goals": [asdict(goal) for goal in survey.goals],
+        "released": sorted(perception.released),
+    }
+    arrays = {f"layer_{name}": layer for name, layer in perception.grid.layers().items()}
+    arrays["looks"] = survey.looks
+    arrays["content"] = np.frombuffer(json.dumps(content).encode(), np.uint8)
+    write_archive(folder / SURVEY, WHAT, arrays)
+
+
+def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:
+    """What a run left in its folder.
+
+    Raises BadInput, one line, for a folder that holds no such files, damaged ones, or those of another area or camera.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: no such folder; the folder of an earlier run is expected")
+    keyframes = load_map(folder, camera)
+    path = folder / SURVEY
+    arrays = read_archive(path, WHAT)
+    try:
+        content = json.loads(arrays["content"].tobytes())
+        if content["version"] != VERSION:
+            raise BadInput(f"{path}: survey of version {content['version']}; this rover reads version {VERSION}")
+        width, height = (float(side) for side in content["area"])
+        if (width, height) != (mission.area.width, mission.area.height):
+            raise BadInput(
+                f"{path}: of an area of {width:g} × {height:g} m; that of {mission.path} has "
+                f"{mission.area.width:g} × {mission.area.height:g} m"
+            )
+        layers = {name.removeprefix("layer_"): layer for name, layer in arrays.items() if name.startswith("layer_")}
+        return FormerRun(
+            folder,
+            keyframes,
+            layers,
+            arrays["looks"].astype(np.uint8),
+            [_place(record) for record in content["places"]],
+            int(content["next_place"]),
+            [Goal(**record) for record in content["goals"]],
+            {int(number) for number in content["released"]},
+        )
+    except BadInput:
+        raise
+    except UNREADABLE as error:
+        raise damaged(path, WHAT) from error
+
+
+def go_on_from(former: FormerRun, survey: Survey) -> None:
+    """Puts it into a survey that has not begun; the survey's localizer must have been given the keyframes.
+
+    What was given up is tried again; the operator's goals are those of the mission file.
+    """
+    perception = survey.perception
+    try:
+        perception.grid.restore(former.layers)
+        survey.restore_looks(former.looks)
+    except ValueError as error:
+        raise damaged(former.folder / SURVEY, WHAT) from error
+    perception.evidence.restore(former.places, former.next_place)
+    perception.released |= former.released
+    survey.goals.restore(former.goals)
+    shown = 1.0 - float(survey.unshown().mean())
+    known = f"{shown:.0%} of the area and {len(former.places)} places"
+    survey.timeline.append((0.0, f"going on from an earlier run: {known} known already"))
+
+
+def _record(place: Place) -> dict[str, Any]:
+    """A place as JSON values."""
+    content = asdict(place)
+    for name, value in content.items():
+        if isinstance(value, np.ndarray):
+            content[name] = value.tolist()
+    content["_seen_from"] = [[*view, count] for view, count in place._seen_from.items()]
+    return content
+
+
+def _place(record: dict[str, Any]) -> Place:
+    """The place again; seen before the run began."""
+    content = {name: np.array(value) if isinstance(value, list) else value for name, value in record.items()}
+    content["_seen_from"] = {(a, b, c): count for a, b, c, count in record["_seen_from"]}
+    content["first_seen"] = content["last_seen"] = 0.0
+    return Place(**content)

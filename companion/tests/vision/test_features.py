@@ -8,8 +8,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.vision.cluster import dbscan
-from rover.vision.features import FeatureDetector, FeatureSettings, spread
-from rover.vision.matching import MatchSettings, hamming, hamming_by_product, mutual_matches, signs
+from rover.vision.features import FeatureDetector, Features, FeatureSettings, spread
+from rover.vision.matching import (
+    MatchSettings,
+    hamming,
+    hamming_by_product,
+    match_both_ways,
+    match_features,
+    mutual_matches,
+    signs,
+)
 from rover.vision.preprocess import Preprocessor, PreprocessSettings, remove_stripes, repair_dead_pixels
 from thermal_scene import texture
 
@@ -113,6 +121,18 @@ def test_matches_are_mutual_distinct_and_allowed() -> None:
     allowed[0, 0] = False
     rows, columns = mutual_matches(distances, allowed, MatchSettings(max_distance=72, ratio=0.9))
     assert (1, 0) in list(zip(rows, columns, strict=True))
+
+
+def test_both_ways_from_the_same_distances_match_as_each_way_alone() -> None:
+    rng = np.random.default_rng(6)
+    seen = rng.integers(0, 256, (60, 32), dtype=np.uint8)
+    again = np.concatenate((seen[10:50], seen[12:20] ^ np.uint8(1), rng.integers(0, 256, (30, 32), dtype=np.uint8)))
+    a, b = (Features(np.zeros((len(d), 2)), d, np.ones(len(d))) for d in (seen, again))
+    ways = match_both_ways(a, b, MatchSettings(ratio=0.85))
+    alone = match_features(a, b, MatchSettings(ratio=0.85)), match_features(b, a, MatchSettings(ratio=0.85))
+    for (in_one, in_other), expected in zip(ways, alone, strict=True):
+        np.testing.assert_array_equal((in_one, in_other), expected)
+    assert len(ways[0][0]) >= 30
 
 
 def test_nothing_matches_nothing() -> None:

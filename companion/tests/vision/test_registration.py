@@ -138,3 +138,13 @@ def test_what_the_way_back_contradicts_is_refused(rover_data: Path) -> None:
     found = register(read_picture(files[7]), read_picture(files[5]))
     assert (found.status, found.homography) == ("failed", None)
     assert "way back" in found.reason
+
+
+def test_where_a_bush_before_the_wall_has_most_of_the_matches_the_wall_is_registered(rover_data: Path) -> None:
+    """The last two frames of the facade; the only marker in both hangs on the wall beside the bush."""
+    files = sorted((rover_data / "dunr/tiff").iterdir())
+    found = register(read_picture(files[24]), read_picture(files[25]))
+    assert found.status == "ok"
+    assert found.homography is not None
+    marker = apply_homography(found.homography, np.array([[256.68, 222.94]]))
+    np.testing.assert_allclose(marker, [[213.10, 229.91]], atol=4.0)

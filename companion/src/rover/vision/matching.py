@@ -70,8 +70,15 @@ def mutual_matches(
     return rows, best
 
 
-def match_features(
-    a: Features, b: Features, settings: MatchSettings
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+Matches = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+
+def match_features(a: Features, b: Features, settings: MatchSettings) -> Matches:
     """Indices into `a` and `b` of the features that match, each other's best."""
     return mutual_matches(hamming(a.descriptors, b.descriptors), None, settings)
+
+
+def match_both_ways(a: Features, b: Features, settings: MatchSettings) -> tuple[Matches, Matches]:
+    """`match_features` of A and B, and of B and A, from the same distances."""
+    distances = hamming(a.descriptors, b.descriptors)
+    return mutual_matches(distances, None, settings), mutual_matches(distances.T.copy(), None, settings)

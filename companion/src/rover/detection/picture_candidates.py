@@ -72,9 +72,7 @@ def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tupl
         sigma = extent / maps.step / DIAMETER
         # Sigma between 1.1 and 2.2 pixels of its level: cheap, and exact enough.
         level = int(np.clip(np.floor(np.log2(sigma / 1.1)), 0, len(levels) - 1))
-        centre, around = (
-            _blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, SURROUND)
-        )
+        centre, around = (_blur(levels[level], sigma * ratio / 2.0**level, blurred, level) for ratio in (1.0, SURROUND))
         answers.append((centre - around, level))
     return answers
 

@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
+from rich.progress import track
 from rover.detection.classifier import Classifier, default_model
 from rover.detection.detect import DetectSettings, detect
 from rover.detection.fusion import Evidence, EvidenceSettings
@@ -95,9 +97,13 @@ def drive(camera: CameraModel, classifier: Classifier, seed: int, mixed: bool) -
 
 
 def drive_all(model: str | Path, fields: int, first: int, mixed: bool) -> list[Driven]:
-    """Drives over `fields` fields with seeds from `first`; those that cannot be laid are left out."""
+    """Drives over `fields` fields with seeds from `first`; those that cannot be laid are left out.
+
+    Progress on stderr.
+    """
     camera, classifier = load_camera("lepton-160"), Classifier(model)
-    runs = (drive(camera, classifier, seed, mixed) for seed in range(first, first + fields))
+    seeds = track(range(first, first + fields), "fields driven over", console=Console(stderr=True))
+    runs = [drive(camera, classifier, seed, mixed) for seed in seeds]
     return [run for run in runs if run is not None]
 
 

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import warnings
 from pathlib import Path
 
+import cv2
 from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
+from rover.errors import BadInput, RoverError
 from sklearn.exceptions import ConvergenceWarning
 
 from tools.evaluate.real import OWN, evaluate_real
 from tools.evaluate.report import real_section
 from tools.evaluate.shown import write_worst
 from tools.evaluate.synthetic import synthetic_section
+from tools.train.ground import SOIL_TEST_FIELDS
 
 NO_CONCLUSION = """## What may not be concluded
 
@@ -28,13 +32,23 @@ NO_CONCLUSION = """## What may not be concluded
 - Anything about rates below one false alarm in some hundred square metres: the driven area is too small."""
 
 
-def main() -> None:
-    """Measures, writes."""
+def main() -> int:
+    """Measures, writes; an expected failure is one line on stderr and its exit code."""
+    try:
+        _evaluate()
+    except RoverError as error:
+        print(f"tools.evaluate: {error}", file=sys.stderr)
+        return error.exit_code
+    return 0
+
+
+def _evaluate() -> None:
     parser = argparse.ArgumentParser(prog="python -m tools.evaluate", description=__doc__)
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="folds of real pictures that are worked at together")
     parser.add_argument("--drives", type=int, default=20, help="synthetic fields that are driven over")
+    parser.add_argument("--fields", type=int, default=SOIL_TEST_FIELDS, help="most synthetic fields of each test")
     parser.add_argument("--no-rivals", action="store_true", help="this network alone")
     parser.add_argument("--cache", type=Path, help="folder that keeps the vectors for another round")
     parser.add_argument("--ground", type=Path, default=Path(default_model(GROUND)), help="a model file")
@@ -43,6 +57,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("docs/detection.md"))
     options = parser.parse_args()
     warnings.simplefilter("ignore", ConvergenceWarning)
+    if not options.out.parent.is_dir():
+        raise BadInput(f"--out {options.out}: there is no folder {options.out.parent}; make it first")
+    if options.fields < 1 or options.drives < 0 or options.jobs < 1:
+        raise BadInput("--fields and --jobs are at least 1, --drives at least 0")
     ground = Classifier(options.ground, GROUND)
     shipped = Classifier(options.picture_model, PICTURES)
 
@@ -53,7 +71,7 @@ def main() -> None:
         )
         write_worst(real.grouped[OWN], real.records, options.pictures)
         sections.append(real_section(real))
-    sections.append(synthetic_section(ground, options.drives, options.cache))
+    sections.append(synthetic_section(ground, options.drives, options.fields, options.cache))
     sections.append(NO_CONCLUSION)
     options.out.write_text("\n\n".join(sections) + "\n", encoding="utf-8")
     print(options.out)
@@ -61,10 +79,12 @@ def main() -> None:
 
 def _head(ground: Classifier, pictures: Classifier, options: argparse.Namespace) -> str:
     more = "".join((" --no-rivals" if options.no_rivals else "", " --data DIR" if options.data is not None else ""))
+    if options.fields != SOIL_TEST_FIELDS:
+        more = f" --fields {options.fields}{more}"
     return f"""# Detection: how well, and how that is known
 
 Made by `python -m tools.evaluate --seed {options.seed} --drives {options.drives}{more}`
-(`make evaluate`) with the networks `{ground.sha256[:12]}…` for ground and
+(`make evaluate`) with OpenCV {cv2.__version__} and the networks `{ground.sha256[:12]}…` for ground and
 `{pictures.sha256[:12]}…` for pictures. How they were trained stands in
 [their card](../companion/models/README.md). Pictures of the worst misses and false alarms are written to
 `{options.pictures.as_posix()}`; they show data that is not part of this repository.
@@ -76,4 +96,4 @@ and a softmax."""
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.classifier import MINES
+from rover.detection.fusion import EvidenceSettings
 from rover.detection.place import Place
 from rover_hil.ground import Mine
 
@@ -15,11 +16,11 @@ from tools.bench.detector import CONTRAST_FLOOR, Driven, drive_all, reports
 from tools.evaluate.figures import binomial, poisson, table
 from tools.train.measure import f1_intervals, f1_scores
 
-THRESHOLDS = (0.2, 0.35, 0.5, 0.7, 0.8, 0.9)
+THRESHOLDS = (0.2, 0.3, 0.4, 0.5, 0.7, 0.9)
 # One count per mine within its half-extent and this much more, metres.
 HALO = 0.10
-# The report threshold of the demo mission.
-CHOSEN = 0.7
+# From this probability on the rover reports, unless a mission says otherwise.
+CHOSEN = EvidenceSettings().report_threshold
 NOTHING = len(MINES)
 
 

@@ -16,7 +16,12 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
+from rover.detection.classifier import CLASSES
 from rover.detection.ground_image import GroundRectifier
+from rover.detection.patch import SIDE as PATCH_SIDE
+from rover.detection.patch import STATISTICS
 from rover.vision.camera import CameraModel
 from rover.vision.camera_file import load_camera
 from rover_hil.ground import daily_contrasts
@@ -25,6 +30,7 @@ from tools.evaluate.figures import table
 from tools.train.fields import make_field, views
 from tools.train.ground import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, SOIL_TEST_FIELDS, TEST_FRAMES
 from tools.train.look import in_view, truth_of
+from tools.train.samples import Looks
 
 # Patches of so many pixels of 2 cm.
 SIDE, STEP = 22, 0.02
@@ -36,6 +42,8 @@ FLOOR = LEAST_TESTED
 # Places of a look that could be taken for a mine: a square metre holds some thirty of a mine's size.
 PLACES = (10, 30)
 CONTRASTS = (0.5, 0.65, 0.8, 1.0, 1.25, 1.6)
+STRENGTH = 3 * PATCH_SIDE**2 + STATISTICS.index("strength")
+BURIED = CLASSES.index("buried")
 _OFFSETS = (np.arange(SIDE) - (SIDE - 1) / 2.0) * STEP
 
 
@@ -47,7 +55,8 @@ def look_at_tests(camera: CameraModel, fields: int) -> tuple[NDArray[np.float64]
     """
     rectifier, patches, rng = GroundRectifier(camera), [], np.random.default_rng(0)
     mines, looks = [], 0
-    for seed in range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + fields):
+    seeds = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + fields)
+    for seed in track(seeds, "fields for the limit", console=Console(stderr=True)):
         field = make_field(camera, HELD_OUT_SOIL, seed, None, True)
         for pose, frame in views(field, camera, TEST_FRAMES, seed) if field else ():
             image = rectifier.rectify(frame)
@@ -88,6 +97,30 @@ def best_f1(distances: NDArray[np.float64], looks: int, places: int) -> float:
     hits = np.array([_above(t - distances).sum() for t in thresholds])
     false = looks * places * _above(thresholds)
     return float((2.0 * hits / (hits + false + len(distances))).max())
+
+
+def searching_f1(looks: Looks) -> float:
+    """The best F1 on buried mines of at least FLOOR kelvin for who calls every strong candidate a buried mine.
+
+    Surface mines and obstacles are told to him: they are no false alarms.
+    """
+    strength = looks.vectors[:, STRENGTH].astype(np.float64)
+    best: dict[tuple[int, int], float] = {}
+    for index in np.flatnonzero(looks.on_mine).tolist():
+        key = int(looks.look[index]), int(looks.mine[index])
+        best[key] = max(best.get(key, 0.0), float(strength[index]))
+    mines = np.array(
+        [
+            best.get((int(look), int(mine)), 0.0)
+            for look, mine, kind, contrast in looks.seen.tolist()
+            if int(kind) == BURIED and contrast >= FLOOR
+        ]
+    )
+    ground = strength[looks.on_ground]
+    thresholds = np.quantile(np.concatenate((mines, ground)), np.linspace(0.0, 1.0, 400))
+    hits = np.array([(mines > t).sum() for t in thresholds])
+    called = hits + np.array([(ground > t).sum() for t in thresholds])
+    return float((2.0 * hits / np.maximum(called + len(mines), 1)).max())
 
 
 def _above(z: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -67,7 +67,8 @@ def main(arguments: Sequence[str]) -> None:
     print(f"trained after {time.monotonic() - begun:.0f} s", flush=True)
 
     classifier = Classifier(options.out, GROUND)
-    results = {name: (looks, classifier.predict(looks.vectors)) for name, looks in tests(options.cache).items()}
+    seen = tests(options.cache, SOIL_TEST_FIELDS)
+    results = {name: (looks, classifier.predict(looks.vectors)) for name, looks in seen.items()}
     drives = {
         f"the demo mission, fields {FIRST_DRIVE} and on": False,
         f"other soils and hours, fields {FIRST_DRIVE} and on (--mixed)": True,
@@ -91,10 +92,10 @@ def learned(looks: Looks) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     return looks.vectors[labels != UNSURE], labels[labels != UNSURE]
 
 
-def tests(cache: Path | None) -> dict[str, Looks]:
-    """What a network is tested on, by title."""
-    camera, seen = load_camera("lepton-160"), range(FIRST_TEST, FIRST_TEST + TEST_FIELDS)
-    unseen = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + SOIL_TEST_FIELDS)
+def tests(cache: Path | None, most: int) -> dict[str, Looks]:
+    """What a network is tested on, by title; `most`: fields of each test, at most."""
+    camera, seen = load_camera("lepton-160"), range(FIRST_TEST, FIRST_TEST + min(TEST_FIELDS, most))
+    unseen = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + min(SOIL_TEST_FIELDS, most))
     return {
         "Trained soils, held-out hours": field_looks(camera, TRAINED_SOILS, seen, TEST_FRAMES, True, cache),
         "Held-out soil (clay), held-out hours": field_looks(camera, HELD_OUT_SOIL, unseen, TEST_FRAMES, True, cache),

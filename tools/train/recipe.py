@@ -6,6 +6,8 @@ from pathlib import Path
 
 import rover_hil.ground
 from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import track
 from rover.detection import candidates, detect, ground_image, patch
 from rover.vision.camera import CameraModel
 
@@ -25,7 +27,7 @@ SOURCES = (
 def field_looks(
     camera: CameraModel, of_soils: tuple[str, ...], seeds: range, frames: int, held_out: bool, cache: Path | None
 ) -> Looks:
-    """Looks at synthetic fields of these seeds."""
+    """Looks at synthetic fields of these seeds; progress on stderr."""
     parts, code = [], digest(SOURCES)
     for first in range(seeds.start, seeds.stop, PART):
         part = range(first, min(first + PART, seeds.stop))
@@ -33,7 +35,9 @@ def field_looks(
         name = f"looks-{code}-{'+'.join(of_soils)}-{when}-{part.start}-{len(part)}-{frames}"
 
         def make(part: range = part) -> dict[str, NDArray]:
-            return dict(vars(look_at_fields(camera, of_soils, part, frames, held_out)))
+            title = f"fields {part.start} to {part.stop - 1}, {', '.join(of_soils)}"
+            shown = track(part, title, console=Console(stderr=True))
+            return dict(vars(look_at_fields(camera, of_soils, shown, frames, held_out)))
 
         parts.append(Looks(**kept(cache, name, make)))
     return Looks.join(parts)

@@ -54,11 +54,16 @@ def test_a_turned_scaled_and_tilted_picture_is_found_again() -> None:
     assert found.keypoints[0] >= found.matches >= found.clustered >= found.inliers == len(found.points_a)
 
 
-def test_the_papers_clustering_by_position_can_be_chosen() -> None:
+@pytest.mark.parametrize(
+    "settings",
+    [RegistrationSettings(cluster="position", epsilon=PAPER_EPSILON), RegistrationSettings(estimator="ransac")],
+    ids=["clustering by position", "plain RANSAC"],
+)
+def test_the_papers_ways_can_be_chosen(settings: RegistrationSettings) -> None:
     picture = scene(1)
     truth = np.vstack((cv2.getRotationMatrix2D((400, 320), 25.0, 0.9), [0, 0, 1]))
     moved = cv2.warpPerspective(picture, truth, (800, 640))
-    found = register(picture, moved, RegistrationSettings(cluster="position", epsilon=PAPER_EPSILON))
+    found = register(picture, moved, settings)
     assert corner_error(found, truth, picture.shape) < 1.0
 
 

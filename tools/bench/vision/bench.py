@@ -9,10 +9,10 @@ from pathlib import Path
 
 import cv2
 
-from tools.bench.vision import facade, pairs, picture, preparation, registration, speed, tables
+from tools.bench.vision import facade, pairs, picture, preparation, registration, speed, tables, wall
 
 SIMULATED = ("drives", "loops", "speed")
-REAL = ("registration", "facade", "unrelated", "pairs", "clusters", "preparation")
+REAL = ("registration", "facade", "wall", "unrelated", "pairs", "clusters", "preparation")
 
 
 def main(arguments: list[str]) -> int:
@@ -61,6 +61,8 @@ def _real(wanted: list[str], data: Path, unrelated: int, sheets: Path | None) ->
         print(registration.graf_table(data) + "\n")
     if "facade" in wanted:
         print(facade.facade_table(data) + "\n")
+    if "wall" in wanted:
+        print(wall.wall_table(data) + "\n")
     if "clusters" in wanted:
         print(registration.cluster_table(data) + "\n")
     if "unrelated" in wanted:

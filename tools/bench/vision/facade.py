@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 from rover.vision.camera_pose import CameraPose
 from rover.vision.homography import apply_homography
-from rover.vision.picture_graph import GraphSettings, place_pictures
+from rover.vision.picture_graph import GraphSettings, Placement, place_pictures
 from rover.vision.registration import RegistrationSettings, prepare, register_prepared
 from rover.vision.sequence import SequenceSettings, track_sequence
 
 from tools.bench.vision.plain import plain_features, plain_homography
+from tools.bench.vision.seams import seam_table
 from tools.bench.vision.truth import WIRIS, Facade, Points, facade
 
 
@@ -32,7 +33,8 @@ def facade_table(data: Path) -> str:
     before = np.median([r.rmse_before for r in results if r.rmse_before is not None])
     after = np.median([r.rmse_after for r in results if r.rmse_after is not None])
     turned, aside, tracked = _track_errors(wall)
-    off, placed, ties = _mosaic_errors(wall)
+    placement = place_pictures(wall.pictures, GraphSettings())
+    off = _mosaic_errors(wall, placement)
     lines += [
         "",
         f"Equation 6 over these pairs: {before:.1f} px before, {after:.2f} px after (median); the paper: 65.7, 63.2.",
@@ -45,8 +47,10 @@ def facade_table(data: Path) -> str:
         "| the mosaic of all pictures | placed | equation 6 over its ties, px | markers seen | their distance from one "
         "plane's homography, px: median | RMS | most |",
         "|---|---|---|---|---|---|---|",
-        f"| rover stitch | {placed} of {len(wall.pictures)} | {ties:.2f} | {len(off)} | {np.median(off):.2f} | "
-        f"{float(np.sqrt(np.mean(np.square(off)))):.2f} | {max(off):.2f} |",
+        f"| rover stitch | {len(placement.homographies)} of {len(wall.pictures)} | {placement.rmse_px:.2f} | "
+        f"{len(off)} | {np.median(off):.2f} | {float(np.sqrt(np.mean(np.square(off)))):.2f} | {max(off):.2f} |",
+        "",
+        seam_table(wall.pictures, placement),
     ]
     return "\n".join(lines)
 
@@ -54,12 +58,18 @@ def facade_table(data: Path) -> str:
 def _transfer(wall: Facade, homographies: Sequence[Points | None]) -> list[float]:
     apart: list[float] = []
     for k, homography in enumerate(homographies):
-        both = sorted(set(wall.markers[k]) & set(wall.markers[k + 1]))
-        if homography is None or not both:
-            continue
-        here, there = (np.array([wall.markers[j][marker] for marker in both]) for j in (k, k + 1))
-        apart += np.linalg.norm(apply_homography(homography, here) - there, axis=1).tolist()
+        if homography is not None:
+            apart += marker_transfer(wall, k, k + 1, homography)
     return apart
+
+
+def marker_transfer(wall: Facade, a: int, b: int, homography: Points) -> list[float]:
+    """How far the markers seen in both pictures lie in b from where the homography puts those of a, pixels."""
+    both = sorted(set(wall.markers[a]) & set(wall.markers[b]))
+    if not both:
+        return []
+    here, there = (np.array([wall.markers[k][marker] for marker in both]) for k in (a, b))
+    return np.linalg.norm(apply_homography(homography, here) - there, axis=1).tolist()
 
 
 def _track_errors(wall: Facade) -> tuple[list[float], list[float], int]:
@@ -75,17 +85,12 @@ def _track_errors(wall: Facade) -> tuple[list[float], list[float], int]:
     return turned, aside, len(found)
 
 
-def _mosaic_errors(wall: Facade) -> tuple[list[float], int, float]:
-    """Distances between the markers in the mosaic and where one homography of the wall's plane puts them, pixels.
-
-    Beside them the pictures placed and equation 6 over their ties.
-    """
-    placement = place_pictures(wall.pictures, GraphSettings())
+def _mosaic_errors(wall: Facade, placement: Placement) -> list[float]:
+    """Distances between the markers in the mosaic and where one homography of the wall's plane puts them, pixels."""
     surveyed, shown = [], []
     for number, homography in sorted(placement.homographies.items()):
         for marker, pixel in sorted(wall.markers[number].items()):
             surveyed.append(wall.survey[marker])
             shown.append(apply_homography(homography, np.array([pixel]))[0])
     onto, _ = cv2.findHomography(np.array(surveyed), np.array(shown), 0)
-    apart = np.linalg.norm(apply_homography(onto, np.array(surveyed)) - np.array(shown), axis=1)
-    return apart.tolist(), len(placement.homographies), placement.rmse_px
+    return np.linalg.norm(apply_homography(onto, np.array(surveyed)) - np.array(shown), axis=1).tolist()

@@ -19,6 +19,8 @@ WIRIS = CameraModel("wiris", 640, 512, 767.128, 767.128, 312.085, 257.255, 0.0,
                     (-0.0431578, 0.3684112, 9.3220e-05, -0.00063889))  # fmt: skip
 """dunr's camera, from GeoCamCal-TIR.xml."""
 
+ADJUSTED = np.array([[773.73270872853072, 0.0, 320.0], [0.0, 773.73270872853072, 256.0], [0.0, 0.0, 1.0]])
+"""The camera that belongs to dunr's poses (ImgCoords-TIR.xml): they were adjusted without a lens's distortion."""
 
 AXES = ("Easting (X)(m)", "Northing (Y)(m)", "Height (Z)(m)")
 
@@ -28,12 +30,24 @@ class Facade:
     """dunr: pictures in order, each with its surveyed markers (id to pixel) and its pose, camera to world (4, 4).
 
     survey: where the markers lie on the wall (id to metres on the plane through all of them).
+    plane: that plane, in the world of the poses: (n, d) with n·X = d.
     """
 
     pictures: list[Picture]
     markers: list[dict[str, tuple[float, float]]]
     poses: list[Points]
     survey: dict[str, Points]
+    plane: tuple[Points, float]
+
+    def across(self, a: int, b: int) -> Points:
+        """The homography (3, 3) of the wall's plane from picture a to picture b, by survey and poses alone."""
+        (normal, offset), (pose_a, pose_b) = self.plane, (np.linalg.inv(self.poses[k]) for k in (a, b))
+        turn = pose_b[:3, :3] @ pose_a[:3, :3].T
+        shift = pose_b[:3, 3] - turn @ pose_a[:3, 3]
+        facing = pose_a[:3, :3] @ normal
+        distance = offset + facing @ pose_a[:3, 3]
+        homography = ADJUSTED @ (turn + np.outer(shift, facing) / distance) @ np.linalg.inv(ADJUSTED)
+        return np.asarray(homography / homography[2, 2])
 
 
 def graf(data: Path) -> tuple[list[Picture], list[Points]]:
@@ -62,24 +76,38 @@ def facade(data: Path) -> Facade:
             pixel = float(at.get("x", "nan")), float(at.get("y", "nan"))
             seen.setdefault(str(at.get("camera_id")), {})[str(marker.get("marker_id"))] = pixel
     chosen = [cameras[file.stem] for file in files]
+    surveyed = _surveyed(data / "dunr/GeomControl.csv", chunk)
     return Facade(
         [read_picture(file) for file in files],
         [seen.get(str(camera.get("id")), {}) for camera in chosen],
         [np.array((camera.findtext("transform") or "").split(), float).reshape(4, 4) for camera in chosen],
-        _on_the_wall(data / "dunr/GeomControl.csv", chunk),
+        *_on_the_wall(surveyed, chunk),
     )
 
 
-def _on_the_wall(control: Path, chunk: ElementTree.Element) -> dict[str, Points]:
-    """Markers' ids to their places (2,) in the plane that fits the survey best."""
+def _surveyed(control: Path, chunk: ElementTree.Element) -> dict[str, Points]:
+    """Markers' ids to where the survey puts them (3,), metres."""
     with control.open(encoding="utf-8-sig", newline="") as file:
-        space = {row["Point ID"]: [float(row[name]) for name in AXES] for row in csv.DictReader(file)}
+        space = {row["Point ID"]: np.array([float(row[name]) for name in AXES]) for row in csv.DictReader(file)}
     named = {str(m.get("id")): str(m.get("label")) for m in chunk.iter("marker") if m.get("label") in space}
-    ids = sorted(named)
-    places = np.array([space[named[marker]] for marker in ids])
-    offset = places - places.mean(axis=0)
-    plane = np.linalg.svd(offset)[2][:2]
-    return dict(zip(ids, offset @ plane.T, strict=True))
+    return {marker: space[named[marker]] for marker in sorted(named)}
+
+
+def _on_the_wall(
+    surveyed: dict[str, Points], chunk: ElementTree.Element
+) -> tuple[dict[str, Points], tuple[Points, float]]:
+    """Markers' ids to their places (2,) in the plane that fits the survey best, and that plane in the poses' world."""
+    places = np.array(list(surveyed.values()))
+    centre = places.mean(axis=0)
+    axes = np.linalg.svd(places - centre)[2]
+    found = chunk.find(".//component/transform")
+    if found is None:
+        raise ValueError("dunr/ImgCoords-TIR.xml does not say where its poses lie in the survey")
+    turn = np.array((found.findtext("rotation") or "").split(), float).reshape(3, 3)
+    origin = np.array((found.findtext("translation") or "").split(), float)
+    scale = float(found.findtext("scale") or "nan")
+    plane = axes[2] @ turn, float(axes[2] @ (centre - origin)) / scale
+    return dict(zip(surveyed, (places - centre) @ axes[:2].T, strict=True)), plane
 
 
 def landmines(data: Path) -> dict[str, Picture]:

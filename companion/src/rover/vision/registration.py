@@ -46,6 +46,7 @@ __all__ = [
 ]
 
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
+ESTIMATORS = {"magsac": cv2.USAC_MAGSAC, "ransac": cv2.RANSAC}
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ def _by_matches(matched: Correspondence, settings: RegistrationSettings) -> Regi
     homography, _ = cv2.findHomography(
         matched.clustered_a,
         matched.clustered_b,
-        cv2.USAC_MAGSAC,
+        ESTIMATORS[settings.estimator],
         settings.inlier_px,
         maxIters=5000,
         confidence=0.999,

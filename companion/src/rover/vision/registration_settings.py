@@ -12,6 +12,7 @@ from rover.vision.preprocess import PreprocessSettings
 from rover.vision.refine import RefineSettings
 
 Cluster = Literal["displacement", "position"]
+Estimator = Literal["magsac", "ransac"]
 
 PAPER_EPSILON = EPSILON_PX / 320.0
 """The paper's ε as a share of its picture's width; it clusters by position."""
@@ -22,6 +23,7 @@ class RegistrationSettings:
     """cluster: DBSCAN on matches by position and displacement, or by position in each picture as in the paper.
 
     epsilon: of DBSCAN, a share of the picture's width; min_points: its core points.
+    estimator: OpenCV's USAC_MAGSAC, or its plain RANSAC.
     inlier_px: how far a match may lie from where the homography puts it.
 
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
@@ -51,6 +53,7 @@ class RegistrationSettings:
     cluster: Cluster = "displacement"
     epsilon: float = 40.0 / 320.0
     min_points: int = MIN_POINTS
+    estimator: Estimator = "magsac"
     inlier_px: float = 3.0
     min_inliers: int = 14
     min_ratio: float = 0.28

@@ -91,7 +91,7 @@ def test_an_echo_comes_after_its_flight_time() -> None:
     assert answer is not None
     waited_ms, echo_us = answer
     assert echo_us == round(900.5 * 2e3 / 343.0)
-    assert waited_ms == math.ceil((806 + 450 + echo_us) / 1000)
+    assert waited_ms == math.ceil((806 + 650 + echo_us) / 1000)
 
 
 def test_without_an_obstacle_the_timer_gives_up() -> None:

@@ -9,12 +9,12 @@ use crate::random::Random;
 /// From the tick that asks for a ping until its trigger pulse is surely over, microseconds.
 const TRIGGER_US: u64 = 806;
 /// From the trigger until the burst has left and the echo pin rises, microseconds (HC-SR04: 8 cycles and settling).
-const BURST_US: u64 = 450;
+const BURST_US: u64 = 650;
 /// What the burst may take longer.
-const LATE_BURST_US: u64 = 100;
+const LATE_BURST_US: u64 = 350;
 /// An echo that ended so shortly before a tick or after it would be heard in this tick or in the next, as it happens.
 const BEFORE_TICK_US: u64 = 40;
-const AFTER_TICK_US: u64 = 60;
+const AFTER_TICK_US: u64 = 300;
 const TICK_US: u64 = 1_000;
 /// Echo time of a millimetre as the firmware converts it at its default speed of sound, microseconds.
 const MILLIMETRE_US: f64 = 2e3 / 343.0;

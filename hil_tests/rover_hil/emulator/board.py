@@ -15,9 +15,9 @@ PHASE_US = 806
 out, and what has happened in the world's millisecond comes in time for the next one."""
 EDGES_US = 150
 """In which the encoders turn by what they have turned in a millisecond, well before the tick."""
-BURST_US, LATE_BURST_US = 450, 100
+BURST_US, LATE_BURST_US = 650, 350
 """From the trigger until the echo pin of an HC-SR04 rises, and what it may take longer, as in the plant."""
-BEFORE_TICK_US, AFTER_TICK_US = 40, 60
+BEFORE_TICK_US, AFTER_TICK_US = 40, 300
 """An echo that ended so near to a tick would be heard in this one or in the next, as it happens."""
 SILENCE_US = 38_000
 """How long the echo pin stays high when nothing comes back."""

@@ -21,9 +21,13 @@ SENT = "/rig/firmware/sent"
 IDENTITY = {"HelloReply": ("board",), "HelloBuild": ("git_hash",)}
 """What tells one rig's firmware from another's; where a log meets another rig these may differ."""
 
-STAMPS = {"ClockReply": ("receive_time", "turnaround"), "OdometryHeading": ("time",), "Sonar": ("time",)}
-STAMP_TOLERANCE_US = 4
-"""The emulated board takes a byte in when its interrupt runs, rover-sitl when the byte is complete."""
+TOLERANCES = {
+    "ClockReply": {"receive_time": 4, "turnaround": 4},
+    "OdometryHeading": {"time": 4},
+    "Sonar": {"time": 4, "range": 1},
+}
+"""The emulated board takes a byte in when its interrupt runs, rover-sitl when the byte is complete; and an edge of an
+echo that meets the UART's interrupt waits for it, up to 4 µs: a millimetre. µs and mm."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ class FirmwareReplay:
         for index in range(max(len(recorded), len(replayed))):
             before = recorded[index] if index < len(recorded) else None
             now = replayed[index] if index < len(replayed) else None
-            if before != now and not (self._another and _same_but_stamps(before, now)):
+            if before != now and not (self._another and _as_good_as_equal(before, now)):
                 field, was, is_now = first_field(before, now) or ("message", before, now)
                 time = step.now_us * 1e-6
                 return Difference(
@@ -143,13 +147,13 @@ def outputs(reply: bytes) -> dict[str, Any]:
     }
 
 
-def _same_but_stamps(before: dict[str, Any] | None, now: dict[str, Any] | None) -> bool:
-    """Whether two frames differ in nothing but times that are as good as equal."""
+def _as_good_as_equal(before: dict[str, Any] | None, now: dict[str, Any] | None) -> bool:
+    """Whether two frames differ in nothing but what an interrupt's delay explains."""
     if before is None or now is None or before["message"] != now["message"]:
         return False
     name = before["message"]
-    stamps = STAMPS.get(name, ())
+    tolerances = TOLERANCES.get(name, {})
     return all(
-        abs(value - now[name][key]) <= STAMP_TOLERANCE_US if key in stamps else value == now[name][key]
+        abs(value - now[name][key]) <= tolerances[key] if key in tolerances else value == now[name][key]
         for key, value in before.get(name, {}).items()
     )

@@ -42,4 +42,11 @@ def wall_table(data: Path) -> str:
             f"| {apart} | {len(pairs)} | {len(errors)} | {np.median(errors):.2f} | {np.percentile(errors, 90):.1f} | "
             f"{np.median(moved):.2f} | {max(moved):.1f} |"
         )
-    return "\n".join([*lines, "", f"Corners off the wall's plane by over {OFF_PX:g} px: {', '.join(off) or 'none'}."])
+    plane = [d for k in range(len(every) - 1) for d in marker_transfer(wall, k, k + 1, wall.across(k, k + 1))]
+    lines += [
+        "",
+        f"Corners off the wall's plane by over {OFF_PX:g} px: {', '.join(off) or 'none'}.",
+        f"The plane itself, by survey and poses, transfers the markers between neighbours with "
+        f"{np.median(plane):.1f} px (median; {max(plane):.1f} at most).",
+    ]
+    return "\n".join(lines)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import CLASSES, Classifier
+from rover.detection.picture_detect import judge as judge_vectors
 
 from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
 from tools.evaluate.rivals import rival_judge, rivals
@@ -125,7 +126,7 @@ def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: 
     """What the shipped model says of the pictures that it learned from: no test, but a bound on what it can fit."""
 
     def judge(rows: NDArray[np.intp]) -> NDArray[np.floating]:
-        p = classifier.predict(samples.vectors[rows].astype(np.float32))
+        p = judge_vectors(samples.vectors[rows].astype(np.float32), classifier)
         three = p[:, [classifier.classes.index(CLASSES[i]) for i in THREE]]
         return three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
 

@@ -73,11 +73,12 @@ def fit(
     seed: int,
     rate: Callable[[float], float] = fall_once,
     vary: Vary | None = None,
+    averaged: float = 0.0,
 ) -> Network:
     """Trains on vectors (N, length) with labels (N,) into CLASSES and weights (N,).
 
     rate: the learning rate by the share of epochs that is done. vary: what is done to the standardised vectors anew
-    in each epoch.
+    in each epoch. averaged: share of the steps, the last ones, whose weights' mean is the network; 0: the last weights.
     """
     mean, deviation = _moments(vectors)
     scale = deviation + LEAST_DEVIATION
@@ -91,14 +92,23 @@ def fit(
         standard[begin : begin + 4096] = (vectors[begin : begin + 4096] - mean) / scale
     standard = np.clip(standard, -8.0, 8.0, out=standard)
     share = (weights / weights.mean()).astype(np.float32)
+    parts = PARTS if vary else 1
+    mean_layers, count = None, 0
     for epoch in range(epochs):
         if epoch:
             optimizer = network._optimizer
             optimizer.learning_rate_init = optimizer.learning_rate = rate(epoch / epochs)
-        for part in np.array_split(rng.permutation(len(standard)), PARTS if vary else 1):
+        for number, part in enumerate(np.array_split(rng.permutation(len(standard)), parts)):
             some = standard[part] if vary is None else vary(standard[part], labels[part], rng)
             network.partial_fit(some, labels[part], classes=classes, sample_weight=share[part])
-    return Network(network.coefs_, network.intercepts_, mean, scale, classes)
+            if epoch * parts + number >= (1.0 - averaged) * epochs * parts:
+                layers, count = [*network.coefs_, *network.intercepts_], count + 1
+                before = mean_layers or [np.zeros(layer.shape) for layer in layers]
+                mean_layers = [old + (new - old) / count for old, new in zip(before, layers, strict=True)]
+    if mean_layers is None:
+        return Network(network.coefs_, network.intercepts_, mean, scale, classes)
+    depth = len(network.coefs_)
+    return Network(mean_layers[:depth], mean_layers[depth:], mean, scale, classes)
 
 
 def _moments(vectors: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -19,8 +19,8 @@ def picture_section(pictures: int, notes: dict[str, str], known: Calibration, sh
     return f"""Input: {LENGTH} numbers per candidate (`rover.detection.picture_patch`): a {SIDE}x{SIDE} thermal patch,
 an {SHOWN_SIDE}x{SHOWN_SIDE} occupancy patch, an {SHOWN_SIDE}x{SHOWN_SIDE} wider patch, gradients in {DIRECTIONS}
 directions in {CELLS}x{CELLS} cells of both, and {NUMBERS} numbers from circles in units of the spot and of the
-picture, among them how the spot stands among all spots of its picture. Output: calibrated probabilities
-({calibration}).
+picture, among them how the spot stands among all spots of its picture. Output: probabilities, calibrated as means
+over the candidate's four mirror images, which is how `rover detect` asks ({calibration}).
 
 SHA-256: `{sha256}`
 
@@ -28,8 +28,9 @@ SHA-256: `{sha256}`
 
 `python -m tools.train pictures --seed {notes["seed"]} --data DIR`: {pictures} real pictures of Tenorio-Tamayo et al.,
 Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on disk and altered (turned, other contrast,
-smooth discs laid on the ground as casings). A first network shows which ground is taken for mines; that is learned from
-too. All zones are learned from; docs/detection.md tells what networks say of zones and sessions that they never saw.
+smooth discs laid on the ground as casings, which count little). A first network shows which ground is taken for mines;
+that is learned from too. All zones are learned from; docs/detection.md tells what networks say of zones and sessions
+that they never saw.
 
 ### Calibration and threshold
 

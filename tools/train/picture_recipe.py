@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.detection import picture_candidates, picture_circles, picture_maps, picture_patch
 from rover.detection.classifier import CLASSES
+from rover.detection.picture_patch import MIRRORED
 
 from tools.train import augment
 from tools.train import picture_samples as of_pictures
@@ -21,6 +22,7 @@ from tools.train.picture_samples import (
     BACKGROUND,
     BURIED,
     CANDIDATE,
+    DRAWN,
     MINE_UNKNOWN,
     SURFACE,
     UNSURE,
@@ -37,10 +39,14 @@ TURNS = 3
 FIRST_EPOCHS, EPOCHS = 4, 7
 # Learning rate of the first epoch and, as a share of it, of the last; share of the inputs that are left out at random.
 RATE, LAST_RATE, LEFT_OUT = 1.5e-3, 0.02, 0.25
+# Share of the steps, the last ones, whose weights are averaged.
+AVERAGED = 0.2
 # Candidates that are no mines, of each picture and round: drawn at random, and the worst of the first network's errors.
 GROUND, HARD = 10, 8
-# No class of mine counts more than so many times for being rare; all ground counts so much more than all mines.
-MOST_REPEATED, GROUND_WEIGHT = 4.0, 2.0
+# Casings of the pictures count for this share of the buried mines, but none more than so many times; drawn ones count
+# for that share of all mines of the pictures, for many are darker or plainer than real ones. All ground counts so much
+# more than all mines.
+SURFACE_SHARE, MOST_REPEATED, DRAWN_SHARE, GROUND_WEIGHT = 0.5, 4.0, 0.15, 2.0
 PART = 8192
 MODULES = (picture_candidates, picture_circles, picture_maps, picture_patch, augment, of_pictures, of_records)
 SOURCES = tuple(Path(str(module.__file__)) for module in MODULES)
@@ -70,9 +76,23 @@ class Learned:
     ground: Rows
 
     def probabilities(self, vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(N, 3) of surface, buried and background."""
-        logits = [self.network.logits(vectors[i : i + PART])[:, SURFACE:] for i in range(0, len(vectors), PART)]
-        return softmax(np.concatenate([np.zeros((0, 3), np.float32), *logits]))
+        """(N, 3) of surface, buried and background: means over the mirror images."""
+        return mirrored_mean(mirrored_logits(self.network, vectors))
+
+
+def mirrored_logits(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.float32]:
+    """(4, N, 3) of surface, buried and background, for each of the mirror images."""
+    answers = np.zeros((len(MIRRORED), len(vectors), 3), np.float32)
+    for begin in range(0, len(vectors), PART):
+        some = slice(begin, begin + PART)
+        for image, answer in zip(MIRRORED, answers, strict=True):
+            answer[some] = network.logits(vectors[some, image])[:, SURFACE:]
+    return answers
+
+
+def mirrored_mean(logits: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(4, N, 3) to probabilities (N, 3), as the rover judges."""
+    return np.mean([softmax(each) for each in logits], axis=0) if logits.size else logits[0]
 
 
 def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int) -> Learned:
@@ -80,9 +100,9 @@ def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int) -> Learne
     mines, ground = drawn(samples, rows, seed)
     plain = samples.round == 0
     some = weighted(samples, mines[plain[mines]], ground[plain[ground]])
-    first = fit(*some, FIRST_EPOCHS, seed, falling, thinned_out)
+    first = fit(*some, FIRST_EPOCHS, seed, falling, varied)
     ground = np.union1d(ground, hardest(samples, rows, first))
-    return Learned(fit(*weighted(samples, mines, ground), EPOCHS, seed, falling, thinned_out), mines, ground)
+    return Learned(fit(*weighted(samples, mines, ground), EPOCHS, seed, falling, varied, AVERAGED), mines, ground)
 
 
 def falling(done: float) -> float:
@@ -90,10 +110,13 @@ def falling(done: float) -> float:
     return RATE * (LAST_RATE + (1.0 - LAST_RATE) * 0.5 * (1.0 + math.cos(math.pi * done)))
 
 
-def thinned_out(
-    vectors: NDArray[np.float32], _labels: NDArray[np.integer], rng: np.random.Generator
-) -> NDArray[np.float32]:
-    """Standardised vectors with some of their numbers left out, and the others made up for it."""
+def varied(vectors: NDArray[np.float32], _labels: NDArray[np.integer], rng: np.random.Generator) -> NDArray[np.float32]:
+    """Standardised vectors, each of one mirror image, with some of their numbers left out and the others made up for
+    it."""
+    which = rng.integers(0, len(MIRRORED), len(vectors))
+    for number, image in enumerate(MIRRORED):
+        some = np.flatnonzero(which == number)
+        vectors[some] = vectors[np.ix_(some, image)]
     vectors *= (rng.random(vectors.shape, dtype=np.float32) >= LEFT_OUT) * np.float32(1.0 / (1.0 - LEFT_OUT))
     return vectors
 
@@ -133,10 +156,12 @@ def weighted(samples: PictureSamples, mines: Rows, ground: Rows) -> Set:
     weights = np.ones(len(index))
     weights[: len(mines)][untold] = 0.5
     weights[len(mines) : len(mines) + untold.sum()] = 0.5
-    total = weights[labels != BACKGROUND].sum()
-    for kind in (SURFACE, BURIED):
-        weights[labels == kind] *= min(MOST_REPEATED, 0.5 * total / max(weights[labels == kind].sum(), 1.0))
-    weights[labels == BACKGROUND] *= GROUND_WEIGHT * total / max(len(ground), 1)
+    mine, laid = labels != BACKGROUND, samples.box[index] == DRAWN
+    buried, surface = labels == BURIED, (labels == SURFACE) & ~laid
+    kept = min(MOST_REPEATED, SURFACE_SHARE * weights[buried].sum() / max(weights[surface].sum(), 1.0))
+    weights[surface] *= kept
+    weights[laid] *= DRAWN_SHARE * weights[mine & ~laid].sum() / max(weights[laid].sum(), 1.0)
+    weights[~mine] *= GROUND_WEIGHT * weights[mine].sum() / max(len(ground), 1)
     return samples.vectors[index], labels, weights
 
 

@@ -20,6 +20,8 @@ from tools.train.records import Box, Record
 # What a sample is: a candidate as the detector finds it, a labelled box itself, a window beside the boxes.
 CANDIDATE, BOX, WINDOW, JITTERED = 0, 1, 2, 3
 MINE_UNKNOWN, SURFACE, BURIED, BACKGROUND, UNSURE = -1, 1, 2, 3, -2
+# The box of a casing that was drawn into the picture; -1 is none.
+DRAWN = -2
 WINDOWS_PER_BOX = 3
 JITTERS = 6
 # Shares of the candidates of an altered picture that are learned from.
@@ -34,7 +36,8 @@ class PictureSamples:
     """vectors (N, LENGTH) float16; what, truth, picture, box, round (N,) int; spots (N, 3) x, y, diameter.
 
     truth: SURFACE, BURIED, BACKGROUND as in CLASSES, MINE_UNKNOWN of a mine whose kind is not told, UNSURE between.
-    round: 0 is the picture as it lies on disk, others are altered ones.
+    box: which of the picture's labelled boxes, -1 or DRAWN. round: 0 is the picture as it lies on disk, others are
+    altered ones.
     """
 
     vectors: NDArray[np.float16]
@@ -84,14 +87,14 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
     of_box = np.array([_kind(b) for b in boxes], np.int8)
     counts = (len(chosen), len(exact), len(windows), len(jittered))
     keep = np.concatenate((np.ones(sum(counts[:3]), bool), jitter_truth != UNSURE))
+    box = np.concatenate((which[chosen], np.arange(len(exact)), np.full(len(windows), -1), jitter_which))
+    box[box >= len(record.boxes)] = DRAWN
     samples = PictureSamples(
         describe_spots(maps, spots, found).astype(np.float16),
         np.repeat(np.array((CANDIDATE, BOX, WINDOW, JITTERED), np.int8), counts),
         np.concatenate((truth[chosen], of_box, np.full(len(windows), BACKGROUND, np.int8), jitter_truth)),
         np.full(sum(counts), number, np.int32),
-        np.concatenate(
-            (which[chosen], np.arange(len(exact)), np.full(len(windows), -1), jitter_which)
-        ).astype(np.int16),
+        box.astype(np.int16),
         np.full(sum(counts), turn, np.int8),
         spots,
     )

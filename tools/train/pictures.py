@@ -19,10 +19,10 @@ from rover.detection.classifier import PICTURES, default_model
 
 from tools.train.card import write_section
 from tools.train.export import fold, write
-from tools.train.measure import calibration_error, fit_pictures, softmax
+from tools.train.measure import calibration_error, fit_pictures
 from tools.train.picture_card import picture_section
 from tools.train.picture_hits import loudness, threshold_for
-from tools.train.picture_recipe import learn, picture_samples
+from tools.train.picture_recipe import learn, mirrored_logits, mirrored_mean, picture_samples
 from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, SURFACE, PictureSamples
 from tools.train.records import Record, read_records
 
@@ -84,13 +84,13 @@ def calibrate(samples: PictureSamples, records: Sequence[Record], seed: int) -> 
         held_out = np.isin(zone, zones)
         network = learn(samples, ~held_out, seed).network
         rows.append(np.nonzero(held_out & (samples.round == 0) & (samples.what == CANDIDATE))[0])
-        logits.append(network.logits(samples.vectors[rows[-1]])[:, SURFACE:])
-    chosen, answers = np.concatenate(rows), np.concatenate(logits)
+        logits.append(mirrored_logits(network, samples.vectors[rows[-1]]))
+    chosen, answers = np.concatenate(rows), np.concatenate(logits, axis=1)
     truth = samples.truth[chosen].astype(np.int64)
     told = np.isin(truth, (SURFACE, BURIED, BACKGROUND))
     labels = truth[told] - SURFACE
-    factor, offsets = fit_pictures(labels, answers[told], BACKGROUND - SURFACE)
-    p = softmax(answers * factor + offsets)
+    factor, offsets = fit_pictures(labels, answers[:, told].mean(axis=0), BACKGROUND - SURFACE)
+    p = mirrored_mean(answers * factor + offsets)
     likely = p[told][:, :-1].sum(axis=1) >= 0.1
     mines, false, pictures = loudness(samples, chosen, 1.0 - p[:, -1], records)
     threshold = float(np.floor(1e4 * threshold_for(STATED_PD, mines)) / 1e4)

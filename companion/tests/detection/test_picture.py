@@ -9,9 +9,9 @@ from rover.detection import picture_circles
 from rover.detection.classifier import PICTURES, Classifier, default_model
 from rover.detection.picture_candidates import find_spots
 from rover.detection.picture_check import check_picture
-from rover.detection.picture_detect import MOST, SAME, detect_in_picture, thin
+from rover.detection.picture_detect import MOST, SAME, detect_in_picture, judge, thin
 from rover.detection.picture_maps import picture_maps
-from rover.detection.picture_patch import LENGTH, describe_spots
+from rover.detection.picture_patch import LENGTH, MIRRORED, describe_spots
 from rover.errors import BadInput
 
 
@@ -75,6 +75,25 @@ def test_numbers_of_circles_do_not_change_when_the_picture_is_turned() -> None:
     assert first.shape == (1, picture_circles.NUMBERS)
     assert np.abs(first - second).mean() < 0.08
     assert np.quantile(np.abs(first - second), 0.95) < 0.4
+
+
+@pytest.mark.parametrize(("number", "across", "down"), [(1, 1, -1), (2, -1, 1), (3, -1, -1)])
+def test_a_mirrored_vector_is_that_of_the_mirrored_picture(number: int, across: int, down: int) -> None:
+    picture = with_disc(330, 300, 80, 220.0)
+    spot = np.array([[340.0, 310.0, 90.0]], np.float32)
+    there = np.array([[340.0 if across > 0 else 300.0, 310.0 if down > 0 else 330.0, 90.0]], np.float32)
+    plain = describe_spots(picture_maps(picture), spot)[0]
+    mirrored = describe_spots(picture_maps(np.ascontiguousarray(picture[::down, ::across])), there)[0]
+    assert sorted(MIRRORED[number].tolist()) == list(range(LENGTH))
+    assert np.abs(mirrored - plain[MIRRORED[number]]).mean() < 0.3 * np.abs(mirrored - plain).mean()
+
+
+def test_mirror_images_of_a_candidate_are_judged_alike() -> None:
+    classifier = Classifier(default_model(PICTURES), PICTURES)
+    vectors = describe_spots(picture_maps(with_disc(330, 300, 80, 220.0)), np.array([[330, 300, 80]], np.float32))
+    assert (classifier.predict(vectors)[:, 1:3].sum(axis=1) > 0.05).all()
+    answers = [judge(vectors[:, image], classifier) for image in MIRRORED]
+    assert np.ptp(answers, axis=0).max() < 1e-5
 
 
 def test_every_spot_has_one_vector() -> None:

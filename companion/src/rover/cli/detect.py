@@ -97,7 +97,7 @@ def examine(
 ) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     from rover.capture.picture import read_picture
-    from rover.detection import detect, picture_detect  # noqa: F401  fetched before the clock runs
+    from rover.detection import detect, picture_detect  # noqa: F401  detect: fetched before the clock runs
     from rover.detection.classifier import GROUND, MINES, PICTURES
     from rover.detection.ground_image import rectifier_of
     from rover.detection.picture_check import check_picture
@@ -107,9 +107,11 @@ def examine(
     check_picture(picture, str(file), size, camera is not None)
     if camera is not None:
         rectifier_of(camera)  # its tables are made once for all pictures
-    begin = time.perf_counter()
     scaled = metres_per_pixel is not None and picture.dtype == np.uint16
     network = networks[GROUND if camera is not None or scaled else PICTURES]
+    if network.kind == PICTURES:
+        picture_detect.prepare(network)
+    begin = time.perf_counter()
     if camera is not None:
         found = in_view(picture, camera, network)
     elif metres_per_pixel is not None and scaled:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,13 @@ from numpy.typing import NDArray
 from rover.detection.classifier import MINES, Classifier
 from rover.detection.picture_candidates import find_spots
 from rover.detection.picture_maps import picture_maps
-from rover.detection.picture_patch import describe_spots
+from rover.detection.picture_patch import MIRRORED, describe_spots
 
 # Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
 SAME = 0.5
 MOST = 25
+# What is a mine with less probability than this is not looked at in its mirror images too.
+LEAST_LIKELY = 0.02
 
 
 @dataclass(frozen=True)
@@ -40,12 +43,34 @@ def detect_in_picture(
     spots = find_spots(maps, metres_per_pixel)
     if not len(spots):
         return []
-    p = classifier.predict(describe_spots(maps, spots))
-    mine = p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
+    p = judge(describe_spots(maps, spots), classifier)
+    mine = _mine(p, classifier)
     return [
         PictureDetection(*spots[i].tolist(), dict(zip(classifier.classes, p[i].tolist(), strict=True)))
         for i in thin(spots, mine, MOST)
     ]
+
+
+@lru_cache(maxsize=1)
+def prepare(classifier: Classifier) -> None:
+    """Does once what libraries do slowly the first time, on a picture of noise."""
+    noise = np.random.default_rng(0).integers(0, 255, (240, 320))
+    detect_in_picture(noise.astype(np.float32), classifier)
+
+
+def judge(vectors: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
+    """Probabilities (N, classes) of vectors (N, LENGTH): means over the mirror images where a mine is not out of the
+    question."""
+    p = classifier.predict(vectors)
+    likely = np.flatnonzero(_mine(p, classifier) >= LEAST_LIKELY)
+    images = vectors[likely][:, MIRRORED[1:]]
+    others = classifier.predict(images.reshape(-1, vectors.shape[1])).reshape(*images.shape[:2], p.shape[1])
+    p[likely] = (p[likely] + others.sum(axis=1)) / np.float32(len(MIRRORED))
+    return p
+
+
+def _mine(p: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
+    return p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
 
 
 def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> list[int]:

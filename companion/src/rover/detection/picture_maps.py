@@ -75,13 +75,12 @@ def picture_maps(grey: Map) -> PictureMaps:
     half = 2.0 if max(grey.shape) > FULL_SIZE else 1.0
     size = (round(grey.shape[1] / half), round(grey.shape[0] / half))
     base = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if half > 1.0 else grey
-    coarse = base - cv2.GaussianBlur(base, (0, 0), 2.0)
-    fine = grey - cv2.blur(grey, (3, 3))
-    energies = (
-        cv2.GaussianBlur(coarse * coarse, (0, 0), 2.0),
-        cv2.blur(cv2.resize(fine * fine, size, interpolation=cv2.INTER_AREA), (5, 5)),
-    )
-    rough = [0.5 * cv2.log(np.maximum(energy, 0.0) + np.float32(FLOOR)) for energy in energies]
+    # In place where it can be: large arrays cost more to fetch than to fill.
+    coarse = cv2.GaussianBlur(base, (0, 0), 2.0)
+    coarse = cv2.GaussianBlur(_squared_difference(base, coarse), (0, 0), 2.0)
+    fine = _squared_difference(grey, cv2.blur(grey, (3, 3)))
+    fine = cv2.blur(cv2.resize(fine, size, interpolation=cv2.INTER_AREA) if half > 1.0 else fine, (5, 5))
+    rough = [_half_logarithm(energy) for energy in (coarse, fine)]
     few = base[::2, ::2]
     median = float(np.median(few))
     spread = 1.4826 * float(np.median(np.abs(few - median)))
@@ -89,6 +88,21 @@ def picture_maps(grey: Map) -> PictureMaps:
     return PictureMaps(
         levels, half * shrink, median, max(spread, LEAST_SPREAD), _coarseness(levels[0]), (width, height)
     )
+
+
+def _squared_difference(picture: Map, other: Map) -> Map:
+    """(picture - other)², in the place of `other`."""
+    np.subtract(picture, other, out=other)
+    return np.multiply(other, other, out=other)
+
+
+def _half_logarithm(energy: Map) -> Map:
+    """Of an energy and FLOOR, in the place of the energy."""
+    np.maximum(energy, 0.0, out=energy)
+    energy += np.float32(FLOOR)
+    cv2.log(energy, energy)
+    energy *= np.float32(0.5)
+    return energy
 
 
 def _coarseness(levels: tuple[Map, ...]) -> Map:

@@ -29,6 +29,29 @@ LENGTH = SIDE**2 + 2 * SHOWN_SIDE**2 + 2 * DIRECTIONS * CELLS**2 + circles.NUMBE
 Block = NDArray[np.float32]
 
 
+def _mirrored(across: int, down: int) -> NDArray[np.intp]:
+    """Where a vector's numbers come from when the picture is mirrored along the axes that are -1."""
+    index = np.arange(LENGTH)
+    begin = 0
+    for side in (SIDE, SHOWN_SIDE, SHOWN_SIDE):
+        part = index[begin : begin + side * side]
+        part[:] = part.reshape(side, side)[::down, ::across].ravel()
+        begin += side * side
+    rising = np.stack((_ANGLES, _ANGLES + np.pi), axis=1).ravel()
+    rises = np.round(np.stack((np.cos(rising), np.sin(rising)), axis=1), 6)
+    opposite = [int(np.abs(rises - rise * (across, down)).sum(axis=1).argmin()) for rise in rises]
+    for _ in ("patch", "wider patch"):
+        part = index[begin : begin + DIRECTIONS * CELLS**2]
+        part[:] = part.reshape(DIRECTIONS, CELLS, CELLS)[opposite, ::down, ::across].ravel()
+        begin += len(part)
+    return index
+
+
+# The vector of a spot in the picture as it is and in its mirror images (4, LENGTH); gradients to half a pixel of their
+# patch. Quarter turns are not among them: pictures that were stretched along one axis look otherwise when turned.
+MIRRORED = np.stack([_mirrored(across, down) for across in (1, -1) for down in (1, -1)])
+
+
 def describe_spots(maps: PictureMaps, spots: Block, reference: Block | None = None) -> Block:
     """Vectors (N, LENGTH) of spots (N, 3) x, y, diameter.
 

@@ -1,4 +1,4 @@
-"""Processor time of detection where kelvin and metres are known: `python -m tools.evaluate.timing`.
+"""Processor time of detection, with kelvin and metres and without: `python -m tools.evaluate.timing`.
 
 One core, medians; the first time a process does it is told beside. Pictures are textured soil, so that as many
 candidates as there may be are looked at.
@@ -15,9 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rover.capture.frame import Frame
-from rover.detection.classifier import GROUND, Classifier, default_model
+from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
 from rover.detection.detect import DetectSettings, detect
 from rover.detection.ground_image import GroundImage, GroundRectifier, from_picture
+from rover.detection.picture_detect import detect_in_picture, prepare
 from rover.vision.camera import CameraModel
 from rover.vision.camera_file import load_camera
 
@@ -76,6 +77,14 @@ def report() -> str:
         rows.append(row(title, lambda rectifier=rectifier, frame=frame: found(rectifier.rectify(frame))))
     vectors = np.zeros((PATCHES, classifier.length), np.float32)
     rows.append(row(f"the network alone, {PATCHES} candidates", lambda: classifier.predict(vectors)))
+    without = Classifier(default_model(PICTURES), PICTURES)
+    prepare(without)
+    for width, height in ((640, 640), (320, 240)):
+        kelvin = soil(width, height).astype(np.float32)
+        grey = np.clip(128.0 + (kelvin - kelvin.mean()) * (40.0 / kelvin.std()), 0.0, 255.0).astype(np.float32)
+        rows.append(
+            row(f"{width}x{height} without kelvin or scale", lambda grey=grey: detect_in_picture(grey, without))
+        )
     return table(["", "ms", "the first time"], rows)
 
 

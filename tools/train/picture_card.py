@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 from rover.detection.picture_circles import NUMBERS
 from rover.detection.picture_patch import CELLS, DIRECTIONS, LENGTH, SHOWN_SIDE, SIDE
 
@@ -20,7 +21,8 @@ def picture_section(pictures: int, notes: dict[str, str], known: Calibration, sh
 an {SHOWN_SIDE}x{SHOWN_SIDE} occupancy patch, an {SHOWN_SIDE}x{SHOWN_SIDE} wider patch, gradients in {DIRECTIONS}
 directions in {CELLS}x{CELLS} cells of both, and {NUMBERS} numbers from circles in units of the spot and of the
 picture, among them how the spot stands among all spots of its picture. Output: probabilities, calibrated as means
-over the candidate's four mirror images, which is how `rover detect` asks ({calibration}).
+over the candidate's four mirror images, which is how `rover detect` asks
+({calibration}).
 
 SHA-256: `{sha256}`
 
@@ -28,9 +30,9 @@ SHA-256: `{sha256}`
 
 `python -m tools.train pictures --seed {notes["seed"]} --data DIR`: {pictures} real pictures of Tenorio-Tamayo et al.,
 Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on disk and altered (turned, other contrast,
-smooth discs laid on the ground as casings, which count little). A first network shows which ground is taken for mines;
-that is learned from too. All zones are learned from; docs/detection.md tells what networks say of zones and sessions
-that they never saw.
+smooth discs laid on the ground as casings, which count little), with OpenCV {cv2.__version__}. A first network shows
+which ground is taken for mines; that is learned from too. All zones are learned from; docs/detection.md tells what
+networks say of zones and sessions that they never saw.
 
 ### Calibration and threshold
 

@@ -56,14 +56,30 @@ def test_a_point_that_is_none_is_bad_input(rover, field, point):
     assert "start" in result.err
 
 
-def test_a_registration_finds_the_shift(rover, texture):
-    result = rover("register", *texture, "--json")
+@pytest.mark.parametrize(
+    "switches",
+    [
+        (),
+        ("--estimator", "ransac"),
+        ("--cluster", "position"),
+        ("--steps", "none"),
+        ("--steps", "fixed-pattern,dead-pixels,gaussian,clahe"),
+    ],
+)
+def test_a_registration_finds_the_shift(rover, texture, switches):
+    result = rover("register", *texture, *switches, "--json")
     found = json.loads(result.out)
     assert (result.code, found["status"]) == (0, "ok")
     homography = np.array(found["homography"])
     corner = homography @ (100.0, 100.0, 1.0)
     assert corner[:2] / corner[2] == pytest.approx((112.0, 107.0), abs=0.5)
     assert found["rmse_after_px"] < 1.0 < found["rmse_before_px"]
+
+
+def test_a_step_that_is_none_is_bad_input(rover, texture):
+    result = rover("register", *texture, "--steps", "clahe,sharpen")
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    assert "sharpen" in result.err
 
 
 def test_pictures_without_features_are_refused(rover, texture, tmp_path):

@@ -23,8 +23,8 @@ def synthetic_section(ground: Classifier, drive_fields: int, test_fields: int, c
 
 A mine of at least {LEAST_TESTED:g} K at the surface counts once for every look that it is in view of, with the most
 mine-like answer in its halo (half-extent plus 10 cm), and as called background where no candidate lies there. Obstacles
-and ground count by candidates, all of them. Nothing was learned from the hours {hours}.
-95 % intervals: whole fields drawn again. Asked for are 0.97 for obstacle, surface and buried, and an expected
+and ground count by candidates, all of them. Nothing was learned from the hours
+{hours}. 95 % intervals: whole fields drawn again. Asked for are 0.97 for obstacle, surface and buried, and an expected
 calibration error of 0.03."""
     ]
     seen = tests(cache, test_fields)
@@ -32,8 +32,7 @@ calibration error of 0.03."""
         p = ground.predict(looks.vectors)
         parts.append(f"**{name}**\n\n{looks_as_markdown(looks, p, LEAST_TESTED)}\n\n{by_contrast(looks, p)}")
     searching = "\n".join(
-        f"- {name}: F1 {limit.searching_f1(looks):.2f}, buried mines of at least {LEAST_TESTED:g} K."
-        for name, looks in seen.items()
+        f"- {name}: best F1 by strength alone {limit.searching_f1(looks):.2f}." for name, looks in seen.items()
     )
     parts.append(
         f"""### What hides weak buried mines
@@ -44,8 +43,8 @@ mine lies and which hour it is; the best F1 is his, at any threshold, if the gro
 0.97 either: half of a kelvin above a mine is as much as soil without a mine often has. Looking again does not help,
 for texture stays where it is. The network is told none of these things. It has to search: the strongest spots of a
 picture without a mine are chosen among all its places, and stones and damp patches are among them. How much that
-costs is told by a searching observer: every candidate's strength alone, a filter within a few hundredths of the best
-one for mines 3 to 7 cm deep, at the threshold that does best on the very same looks.
+costs is told by an observer who searches: every candidate's strength alone, a filter nearly as good as the best one,
+at the threshold that does best on the very same looks.
 
 {limit.report(test_fields)}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+import cv2
 import numpy as np
 from rover.detection.patch import LENGTH, SIDE, STATISTICS
 
@@ -41,7 +42,8 @@ SHA-256: `{sha256}`
 
 ### Training
 
-`python -m tools.train ground --fields {options.fields} --frames {options.frames} --seed {options.seed}`.
+`python -m tools.train ground --fields {options.fields} --frames {options.frames} --seed {options.seed}`,
+OpenCV {cv2.__version__}.
 {sum(counts.values())} candidates: {told}.
 Synthetic fields in loam (more than half), dry sand and moist clay, most of them by day and many full of pebbles,
 rendered with the plant's camera (50 mK noise, fixed pattern, vignetting, parallax) from random poses, and cut out by

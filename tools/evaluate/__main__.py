@@ -92,7 +92,7 @@ Made by `python -m tools.evaluate --seed {options.seed} --drives {options.drives
 A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. A thermal and an occupancy patch
 (paper section 3.2.1) and numbers about its surroundings tell the network about it: in kelvin and metres where the
 camera knows them, else in units of its own size and of the picture. Both networks have the paper's 256 and 128 units
-and a softmax."""
+and a softmax. Where scale and kelvin are not known the answer is the mean over four mirror images of the candidate."""
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ class NativeField:
 
 class NativePlanner:
     def __init__(self, seed: int) -> None: ...
+    def prepare(self, field: NativeField, radius: float) -> tuple[int, int]: ...
     def plan(
         self,
         field: NativeField,

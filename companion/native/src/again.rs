@@ -59,7 +59,7 @@ pub fn mended_tour<F: Field>(
             return None;
         };
         let length = path_length(old);
-        if path_length(&path) > LONGER * length {
+        if path_length(&path) > LONGER * length && !mender.by_roadmap {
             let other = mender.other_way(field, ends, settings);
             if let Some(other) = other.filter(|other| path_length(other) < path_length(&path)) {
                 path = other;

@@ -6,9 +6,9 @@ use std::collections::BinaryHeap;
 use crate::lattice::NEIGHBOURS;
 
 /// Heap entry: the smallest key first, of equals the lower index.
-struct Entry {
-    key: f64,
-    index: usize,
+pub struct Entry {
+    pub key: f64,
+    pub index: usize,
 }
 
 impl PartialEq for Entry {

@@ -39,6 +39,11 @@ pub trait Field {
         self.segment_clear(a, b, radius)
     }
 
+    /// `segment_clear` for an edge of any length, without learning more of the ground.
+    fn edge_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        self.segment_clear(a, b, radius)
+    }
+
     /// Spacings of the lattices that a robot of `radius` is searched a way on, coarse to fine; at least one.
     fn lattice_spacings(&self, radius: f64) -> Vec<f64>;
 

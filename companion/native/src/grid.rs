@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use crate::capsule::Capsule;
 use crate::field::{wall_distance, Field, TOUCH};
 use crate::geometry::{distance, point_segment_squared, Point};
 use crate::tiles::{Cells, Tiles};
@@ -16,6 +17,9 @@ const SMALL_CELLS: f64 = 60_000.0;
 
 /// Cells that an edge and the disc may be long for all squares around it to be looked at, which asks for no clearance.
 const SHORT: f64 = 8.0;
+
+/// Cells of an edge whose squares are looked at together.
+const PIECE: f64 = 32.0;
 
 pub struct Grid {
     pub columns: usize,
@@ -116,19 +120,42 @@ impl Grid {
         let reach = (radius - TOUCH).max(0.0);
         // A square lies between two discs around its centre: mostly one of them tells.
         let (inner, outer) = (reach - TOUCH, reach + 0.7072 * self.resolution + TOUCH);
+        let capsule = Capsule::new(a, b);
+        let low = Point::new(
+            self.origin.x + 0.5 * self.resolution,
+            self.origin.y + 0.5 * self.resolution,
+        );
+        let per_cell = 1.0 / self.resolution;
+        let mut y = low.y + bottom as f64 * self.resolution;
         for row in bottom..=top {
-            let line = &self.blocked[row * self.columns + left..=row * self.columns + right];
+            let middle_line = y;
+            y += self.resolution;
+            let first = row * self.columns;
+            if right - left < 16 && empty(&self.blocked[first + left..=first + right]) {
+                continue;
+            }
+            // Columns of the cells whose centres are near, a little generously.
+            let (from, to) = capsule.span(middle_line, outer);
+            let from = ((from - low.x) * per_cell + (1.0 - 1e-6)).max(left as f64) as i32 as usize;
+            let to = ((to - low.x) * per_cell + 1e-6).min(right as f64);
+            if to < from as i32 as f64 {
+                continue;
+            }
+            let line = &self.blocked[first + from..=first + to as i32 as usize];
+            if empty(line) {
+                continue;
+            }
             for (offset, &cell) in line.iter().enumerate() {
                 if cell != 0 {
-                    let centre = self.centre(left + offset, row);
-                    let middle = point_segment_squared(centre, a, b);
+                    let column = from + offset;
+                    let middle = point_segment_squared(self.centre(column, row), a, b);
                     if inner > 0.0 && middle < inner * inner {
                         return false;
                     }
                     if middle > outer * outer {
                         continue;
                     }
-                    let squared = self.square_distance_squared(left + offset, row, a, b);
+                    let squared = self.square_distance_squared(column, row, a, b);
                     // Never through the crack between two squares that share a corner, however thin the robot.
                     if squared < reach * reach || squared <= TOUCH * TOUCH {
                         return false;
@@ -164,6 +191,17 @@ impl Grid {
         .map(|&corner| point_segment_squared(corner, a, b))
         .fold(to_square(a).min(to_square(b)), f64::min)
     }
+}
+
+/// True when none of the cells is blocked; eight at a time.
+fn empty(line: &[u8]) -> bool {
+    let word = |bytes: &[u8; 8]| u64::from_ne_bytes(*bytes);
+    if let (Some(first), Some(last)) = (line.first_chunk(), line.last_chunk()) {
+        // Up to 16 cells are two words that may overlap.
+        let between = line.len() > 16 && line[8..line.len() - 8].iter().any(|&cell| cell != 0);
+        return word(first) | word(last) == 0 && !between;
+    }
+    line.iter().all(|&cell| cell == 0)
 }
 
 /// True when the segment meets the open box (slab test).
@@ -319,6 +357,21 @@ impl Field for Grid {
             return self.segment_clear(a, b, radius);
         }
         self.inside(a, radius) && self.inside(b, radius) && self.squares_clear(a, b, radius)
+    }
+
+    /// Squares are looked at in pieces of the edge, so that a slanting one does not look at all around it.
+    fn edge_clear(&self, a: Point, b: Point, radius: f64) -> bool {
+        if radius > SHORT * self.resolution {
+            return self.segment_clear(a, b, radius);
+        }
+        let pieces = (distance(a, b) / (PIECE * self.resolution)).ceil().max(1.0);
+        let at = |piece: f64| a.towards(b, piece / pieces);
+        self.inside(a, radius)
+            && self.inside(b, radius)
+            && (0..pieces as usize).all(|piece| {
+                let piece = piece as f64;
+                self.squares_clear(at(piece), at(piece + 1.0), radius)
+            })
     }
 
     /// A large map is first searched with fewer cells, and any map in steps of the robot's radius: ways through open

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use crate::field::Field;
 use crate::geometry::{distance, distance_squared, Point};
+use crate::ground;
 use crate::mend::Mender;
 use crate::random::Random;
 use crate::rrt::{Grown, Growth};
@@ -142,6 +143,26 @@ impl Memory {
             }
         }
         self.mender = mender;
+    }
+
+    /// Makes ready for maps that differ from this one: surveys the ground for ways that legs of the last tour may have
+    /// to take then. Nodes and edges of the roadmap.
+    pub fn prepare<F: Field>(&mut self, field: &F, settings: Shortening) -> (usize, usize) {
+        let mut roadmap = ground::roadmap(field, settings);
+        let mut goals = Vec::new();
+        let mut from: Name = None;
+        for &to in &self.order {
+            if let Some(path) = self.legs.get(&(from, to)) {
+                roadmap.lay(path);
+                goals.extend(path.last());
+            }
+            from = to;
+        }
+        roadmap.survey(field, &goals);
+        let size = roadmap.size();
+        self.mender.roadmap = Some(roadmap);
+        self.mender.begin(field, settings.radius);
+        size
     }
 
     /// Drops legs to goals that are no longer asked for.

@@ -1,9 +1,12 @@
 //! An old leg made valid on a changed map: gaps are bridged where they are, from the last point that still holds to the
 //! old line beyond, and only what is new is pulled taut.
 
+use crate::closely::Closely;
+use crate::detour;
 use crate::field::Field;
 use crate::geometry::{distance, Point};
 use crate::lattice::Lattice;
+use crate::roadmap::Roadmap;
 use crate::search::{self, Stop};
 use crate::shorten::{self, Shortening};
 
@@ -26,19 +29,30 @@ pub struct Mender {
     pub kept: usize,
     pub dropped: usize,
     pub bridges: usize,
+    /// The last leg goes over the roadmap.
+    pub by_roadmap: bool,
+    /// Ways over the ground that somebody has prepared.
+    pub roadmap: Option<Roadmap>,
 }
 
 /// A leg as far as it has been mended, and which of its stretches are new.
-struct Mended {
-    path: Vec<Point>,
-    new: Vec<(usize, usize)>,
+pub struct Mended {
+    pub path: Vec<Point>,
+    pub new: Vec<(usize, usize)>,
 }
 
 impl Mender {
     /// Makes ready for another map: what is known of the last one is forgotten, the memory it took is kept.
     pub fn begin<F: Field>(&mut self, field: &F, radius: f64) {
         let lattices = std::mem::take(&mut self.lattices);
-        *self = Self::default();
+        let mut roadmap = self.roadmap.take();
+        if let Some(roadmap) = &mut roadmap {
+            roadmap.forget();
+        }
+        *self = Self {
+            roadmap,
+            ..Self::default()
+        };
         let spacings = field.lattice_spacings(radius);
         let ends = [spacings[0], spacings[spacings.len() - 1]];
         for (level, (lattice, spacing)) in lattices.into_iter().zip(ends).enumerate() {
@@ -72,31 +86,64 @@ impl Mender {
             .chain([&to])
             .copied()
             .collect();
+        let clear: Vec<bool> = line
+            .windows(2)
+            .map(|edge| field.edge_clear(edge[0], edge[1], settings.radius))
+            .collect();
+        let whole = clear.iter().all(|&clear| clear);
+        let detour = (self.roadmap.as_mut().filter(|_| !whole))
+            .and_then(|roadmap| detour::detour(field, roadmap, &line, &clear));
+        self.by_roadmap = detour.is_some();
+        let mut leg = match detour {
+            Some(leg) => {
+                self.bridges += leg.new.len();
+                let stays = |p: &&Point| leg.path.contains(p);
+                let kept = line[1..].iter().filter(stays).count();
+                self.kept += kept;
+                self.dropped += line.len() - 1 - kept;
+                leg
+            }
+            None => self.bridged(field, &line, &clear, settings.radius)?,
+        };
+        if moved {
+            shorten::settle(&Closely(field), &mut leg.path, settings, 2);
+        } else {
+            leg.pull_taut(&Closely(field), settings);
+            // Ground that has become free lets some points go.
+            shorten::skip_vertices(&Closely(field), &mut leg.path, settings.radius);
+        }
+        Some(leg.path)
+    }
+
+    /// The line with its gaps, where it is not `clear`, bridged by searches over lattices.
+    fn bridged<F: Field>(
+        &mut self,
+        field: &F,
+        line: &[Point],
+        clear: &[bool],
+        radius: f64,
+    ) -> Option<Mended> {
         let mut leg = Mended {
-            path: vec![from],
+            path: vec![line[0]],
             new: Vec::new(),
         };
         let mut next = 1;
         while next < line.len() {
-            if field.segment_clear(leg.path[leg.path.len() - 1], line[next], settings.radius) {
+            let at = leg.path[leg.path.len() - 1];
+            let known = at == line[next - 1];
+            if (known && clear[next - 1]) || (!known && field.segment_clear(at, line[next], radius))
+            {
                 self.kept += 1;
                 leg.path.push(line[next]);
                 next += 1;
             } else {
-                let after = self.bridge(field, &mut leg, &line, next, settings.radius)?;
+                let after = self.bridge(field, &mut leg, line, next, radius)?;
                 self.bridges += 1;
                 self.dropped += after - next;
                 next = after;
             }
         }
-        if moved {
-            shorten::settle(field, &mut leg.path, settings, 2);
-        } else {
-            leg.pull_taut(field, settings);
-            // Ground that has become free lets some points go.
-            shorten::skip_vertices(field, &mut leg.path, settings.radius);
-        }
-        Some(leg.path)
+        Some(leg)
     }
 
     /// Leads `leg` around what blocks the way to vertex `next` of the old line, back onto that line; the number of the
@@ -198,7 +245,8 @@ impl Mended {
                 least_move: LEAST_MOVE,
                 ..settings
             };
-            shorten::settle(field, &mut patch, rough, 1);
+            shorten::skip_vertices(field, &mut patch, settings.radius);
+            shorten::pull_taut(field, &mut patch, rough);
             self.path.splice(first..=last, patch);
         }
     }

@@ -8,6 +8,7 @@ use crate::memory::Memory;
 use crate::planner;
 use crate::python_field::{answer, on, Map, NativeField};
 use crate::python_request::Settings;
+use crate::shorten::{self, Shortening};
 
 /// One tree towards all goals that outlives the map it was grown on.
 #[pyclass]
@@ -22,6 +23,18 @@ impl NativePlanner {
         Self {
             memory: Memory::new(seed),
         }
+    }
+
+    /// Surveys `field`'s ground for the plans to come; nodes and edges of what is kept of it.
+    fn prepare(&mut self, py: Python<'_>, field: &NativeField, radius: f64) -> (usize, usize) {
+        let settings = Shortening {
+            radius,
+            corner_cost: 0.0,
+            least_move: shorten::LEAST_MOVE,
+            deadline: None,
+        };
+        let (map, memory) = (&field.map, &mut self.memory);
+        py.detach(|| on!(map, field => memory.prepare(field, settings)))
     }
 
     /// As `NativeField.plan` with "multi-goal"; the answer also says how many nodes were kept, pruned and rewired.

@@ -68,7 +68,7 @@ pub fn paths<F: Field>(
 }
 
 /// The ends of a way over cells, and where it turns.
-fn corners(lattice: &Lattice, cells: Vec<usize>) -> Vec<Point> {
+pub fn corners(lattice: &Lattice, cells: Vec<usize>) -> Vec<Point> {
     let step = |index: usize| cells[index + 1] as i64 - cells[index] as i64;
     let last = cells.len() - 1;
     (0..=last)

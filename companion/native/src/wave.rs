@@ -184,14 +184,24 @@ impl Wave {
         }
     }
 
+    /// What it costs to come to this cell, as far as the search knows.
+    pub fn cost(&self, index: usize) -> f64 {
+        self.marks.cost[index]
+    }
+
+    /// The cell from which the search came to this one; none where it came in.
+    pub fn before(&self, lattice: &Lattice, index: usize) -> Option<usize> {
+        let direction = (self.marks.state[index] & !END).checked_sub(FIRST_DIRECTION)?;
+        let (across, up) = NEIGHBOURS[direction as usize];
+        Some((index as i64 - across - up * lattice.columns as i64) as usize)
+    }
+
     /// The cells from the one where the search came in to `end`.
     pub fn trace(&self, lattice: &Lattice, end: usize) -> Vec<usize> {
         let mut cells = vec![end];
         let mut at = end;
-        while self.marks.state[at] & !END != ENTRY {
-            let direction = (self.marks.state[at] & !END) - FIRST_DIRECTION;
-            let (across, up) = NEIGHBOURS[direction as usize];
-            at = (at as i64 - across - up * lattice.columns as i64) as usize;
+        while let Some(before) = self.before(lattice, at) {
+            at = before;
             cells.push(at);
         }
         cells.reverse();

@@ -18,6 +18,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder that holds maps/")
     parser.add_argument("--only", choices=TABLES, action="append", help="this table alone; may be repeated")
+    parser.add_argument("--first", type=int, default=0, help="first seed of the replan table")
     parser.add_argument("--sizes", type=float, nargs="+", default=[20.0, 40.0], help="sides of the fields, metres")
     parser.add_argument("--goals", type=int, nargs="+", default=[4, 10])
     parser.add_argument("--every", type=int, default=20, help="every so many scenarios of the maps")
@@ -51,6 +52,6 @@ def main(arguments: list[str]) -> int:
             found = tables.field_table(program, options.seeds, options.sizes, options.goals)
             print(f"Fields with 40 % blocked, any order, {options.seeds} seeds:\n\n{found}\n")
         if "replan" in wanted:
-            found = tables.replan_table(options.seeds, options.sizes)
+            found = tables.replan_table(options.seeds, options.sizes, options.first)
             print(f"After 5 % of the cells changed, {options.seeds} seeds:\n\n{found}\n")
     return 0

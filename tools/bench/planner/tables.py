@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rover.planning import ALGORITHMS, Field, GridField, Planner, PlanResult, plan
+from rover.planning.replanner import Repair
 
 from tools.bench.planner import ompl_wheel, peers
 from tools.bench.planner.figure import boxes
@@ -193,44 +194,67 @@ def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals:
     return "\n".join(lines)
 
 
-def replan_table(seeds: int, sizes: Sequence[float], share: float = 0.05, repeats: int = 3) -> str:
+def replan_table(seeds: int, sizes: Sequence[float], first: int = 0, share: float = 0.05, repeats: int = 3) -> str:
     """Planning again after `share` of the cells changed, beside planning afresh on the changed map.
 
     Both times are processor time of the planning thread from the array of cells to the path, so each contains what it
-    needs of the clearance field; the least of `repeats` runs counts. Planning afresh is asked for a path that is at
-    most 1 % longer than the one from planning again: its iterations are doubled until it has one.
+    needs of the clearance field; the least of `repeats` runs counts. Every timed run comes right after an untimed plan
+    on the old map, so that both find the same caches. What `Planner.prepare` takes, on the old map and before the
+    change is known, is in a column of its own. Planning afresh is asked for a path that is at most 1 % longer than the
+    one from planning again: its iterations are doubled until it has one.
     """
     lines = [
-        "| field | goals | afresh ms (median / p95) | again ms | median of ratios | length again / afresh "
-        "| nodes kept / rewired / pruned |",
-        "|---|--:|--:|--:|--:|--:|--:|",
+        "| field | goals | afresh ms (median / p95) | again ms | median of ratios | not prepared "
+        "| length again / afresh | prepared in ms | points kept / bridged / left out |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for size in sizes:
         for count in (1, 4):
             rows = []
-            for seed in range(seeds):
+            for seed in range(first, first + seeds):
                 scene = random_scene(size, count, seed)
                 changed = change(scene, share, seed)
-                new = []
-                for _ in range(repeats):
-                    planner = Planner(robot_radius=RADIUS, seed=seed)
-                    planner.plan(scene.grid_field(), scene.start, scene.goals)
-                    began = time.thread_time()
-                    again = planner.plan(GridField(changed, RESOLUTION), scene.start, scene.goals)
-                    new.append(1e3 * (time.thread_time() - began))
+                bare, _, _, _ = replanned(scene, changed, seed, repeats, prepared=False)
+                new, again, ready, repair = replanned(scene, changed, seed, repeats, prepared=True)
                 fresh, afresh = afresh_as_good(scene, changed, seed, again.length, repeats)
                 if afresh.unreachable != again.unreachable:
                     raise AssertionError(f"seed {seed}: the two plans reach different goals")
                 if afresh.ok:
-                    r = planner.repair
-                    rows.append((fresh, min(new), min(new) / fresh, again.length / afresh.length,
-                                 r.kept, r.rewired, r.pruned))  # fmt: skip
-            fresh_ms, new_ms, ratio, lengths, kept, rewired, pruned = (list(c) for c in zip(*rows, strict=True))
+                    rows.append((fresh, new, new / fresh, bare / fresh, again.length / afresh.length, ready,
+                                 repair.kept, repair.rewired, repair.pruned))  # fmt: skip
+            fresh_ms, new_ms, ratio, bare_ratio, lengths, ready_ms, *counts = (
+                list(column) for column in zip(*rows, strict=True)
+            )
             lines.append(
                 f"| {size:g} m | {count} | {spread(fresh_ms, 2)} | {spread(new_ms, 2)} | {np.median(ratio):.2f} "
-                f"| {spread(lengths)} | {np.median(kept):.0f} / {np.median(rewired):.0f} / {np.median(pruned):.0f} |"
+                f"| {np.median(bare_ratio):.2f} | {spread(lengths)} | {np.median(ready_ms):.0f} "
+                f"| {' / '.join(f'{np.median(values):.0f}' for values in counts)} |"
             )
     return "\n".join(lines)
+
+
+def replanned(
+    scene: Scene, changed: NDArray[np.bool_], seed: int, repeats: int, *, prepared: bool
+) -> tuple[float, PlanResult, float, Repair]:
+    """Milliseconds, plan, milliseconds of preparing and repair of planning again on the changed map."""
+    took, readied = [], []
+    for _ in range(repeats):
+        planner = Planner(robot_radius=RADIUS, seed=seed)
+        field = scene.grid_field()
+        planner.plan(field, scene.start, scene.goals)
+        began = time.thread_time()
+        if prepared:
+            planner.prepare(field)
+        readied.append(1e3 * (time.thread_time() - began))
+        warm_up(scene, seed)
+        ms, found = timed(lambda p=planner: p.plan(GridField(changed, RESOLUTION), scene.start, scene.goals))
+        took.append(ms)
+    return min(took), found, min(readied), planner.repair
+
+
+def warm_up(scene: Scene, seed: int) -> None:
+    """A plan that nobody times."""
+    plan(scene.grid_field(), scene.start, scene.goals, robot_radius=RADIUS, seed=seed)
 
 
 def afresh_as_good(
@@ -241,12 +265,18 @@ def afresh_as_good(
     for iterations in (None, 1500, 3000, 6000):
         took = []
         for _ in range(repeats):
-            began = time.thread_time()
-            found = plan(
-                GridField(changed, RESOLUTION), scene.start, scene.goals,
-                robot_radius=RADIUS, seed=seed, iterations=iterations,
-            )  # fmt: skip
-            took.append(1e3 * (time.thread_time() - began))
+            warm_up(scene, seed)
+            ms, found = timed(
+                lambda n=iterations: plan(
+                    GridField(changed, RESOLUTION),
+                    scene.start,
+                    scene.goals,
+                    robot_radius=RADIUS,
+                    seed=seed,
+                    iterations=n,
+                )
+            )
+            took.append(ms)
         if best is None or found.length <= 1.01 * length:
             best = min(took), found
         if found.length <= 1.01 * length or not found.ok:

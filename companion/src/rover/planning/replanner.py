@@ -65,3 +65,11 @@ class Planner:
         found = self._native.plan(field.native, start, goal_array, settings)
         self.repair = Repair(found["kept"], found["pruned"], found["rewired"])
         return as_result(field, "multi-goal", start, points, self.robot_radius, found)
+
+    def prepare(self, field: Field) -> tuple[int, int]:
+        """Surveys the ground as it is on `field`, for when it changes; nodes and edges of the roadmap that is kept.
+
+        Meant for idle time after `plan`: it takes several times as long as a plan, and no plan depends on it. Plans
+        that follow go around what is new over the roadmap, and search the map itself only where that has no way.
+        """
+        return self._native.prepare(field.native, self.robot_radius)

@@ -67,7 +67,6 @@ count per mine within its half-extent plus 10 cm. What is reported at {CHOSEN:g}
 {split(runs)}"""
         )
     parts.append(
-        "### Time\n\n`python -m tools.evaluate.timing`: processor time of one core, "
-        f"milliseconds.\n\n{timing.report()}"
+        f"### Time\n\n`python -m tools.evaluate.timing`: processor time of one core, milliseconds.\n\n{timing.report()}"
     )
     return "\n\n".join(parts)

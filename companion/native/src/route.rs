@@ -9,8 +9,8 @@ use crate::roadmap::Roadmap;
 
 /// Metres by which an edge may turn out to be longer without waiting for its turn again.
 const LONGER: f64 = 0.02;
-/// How much more the way ahead weighs than the way so far: a few per cent of length for a good part of the time.
-const WEIGHT: f64 = 1.3;
+/// How much more the way ahead weighs than the way so far: a little length for a good part of the time.
+const WEIGHT: f64 = 1.6;
 const NONE: u32 = u32::MAX;
 
 /// Nodes from `from` to `to`, each but the first with the edge that leads to it; none when no way holds on this map.

@@ -19,18 +19,19 @@ from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, 
 from tools.evaluate.rivals import rival_judge, rivals
 from tools.train.measure import fit_pictures, softmax
 from tools.train.picture_hits import HIGHEST, hit
-from tools.train.picture_recipe import learn, picture_samples
+from tools.train.picture_recipe import learn, picture_samples, probabilities
 from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
 from tools.train.records import Record, read_records
 
 THREE = (SURFACE, BURIED, BACKGROUND)
-OWN = "this network"
+# The second learned from labels alone: as it takes a third of the time, it is the one for splits beside the main one.
+OWN, BY_LABELS = "this network", "network, labels alone"
 
 
 @dataclass(frozen=True, eq=False)
 class RealResults:
-    """Outcomes of zones and sessions held out by classifier, and of the network alone: of pictures dealt out at random,
-    and of zones after learning from so many others.
+    """Outcomes of zones and sessions held out by classifier, and of the network taught by labels alone: of pictures
+    dealt out at random, and of zones after learning from so many others.
 
     ceiling: mines of pictures up to HIGHEST with a candidate at their place, with one of their size there too, all.
     trained_on: what the shipped model says of the pictures that it learned from.
@@ -63,8 +64,8 @@ def evaluate_real(
     records = read_records(data)
     samples = picture_samples(records, seed, cache)
     few = few_zones_folds(records)
-    tasks = [(fold, with_rivals) for fold in grouped_folds(records)]
-    tasks += [(fold, False) for fold in (*random_folds(records, seed), *(fold for _, fold in few))]
+    tasks = [(fold, True, with_rivals) for fold in grouped_folds(records)]
+    tasks += [(fold, False, False) for fold in (*random_folds(records, seed), *(fold for _, fold in few))]
     _work[:] = [_Work(samples, records, seed)]
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("fork")) as pool:
         working = pool.map(_judged, tasks)
@@ -72,10 +73,10 @@ def evaluate_real(
     held_out = len(grouped_folds(records))
     curve: dict[int, list[Outcome]] = {}
     for (zones, _), outcomes in zip(few, found[len(found) - len(few) :], strict=True):
-        curve.setdefault(zones, []).append(outcomes[OWN])
+        curve.setdefault(zones, []).append(outcomes[BY_LABELS])
     return RealResults(
         {name: [outcomes[name] for outcomes in found[:held_out]] for name in found[0]},
-        [outcomes[OWN] for outcomes in found[held_out : len(found) - len(few)]],
+        [outcomes[BY_LABELS] for outcomes in found[held_out : len(found) - len(few)]],
         curve,
         records,
         _ceiling(samples, records),
@@ -83,12 +84,13 @@ def evaluate_real(
     )
 
 
-def _judged(task: tuple[Fold, bool]) -> dict[str, Outcome]:
+def _judged(task: tuple[Fold, bool, bool]) -> dict[str, Outcome]:
     """Outcomes by classifier: the network learns from what is not held out, its rivals from the same rows on disk."""
-    (fold, with_rivals), work = task, _work[0]
+    (fold, teach, with_rivals), work = task, _work[0]
     samples = work.samples
-    learned = learn(samples, fold.known[samples.picture], work.seed)
-    judges = {OWN: lambda rows: learned.probabilities(samples.vectors[rows])}
+    learned = learn(samples, fold.known[samples.picture], work.seed, teach)
+    judges = {OWN: lambda rows: probabilities(learned.network, samples.vectors[rows])} if teach else {}
+    judges[BY_LABELS] = lambda rows: probabilities(learned.by_labels, samples.vectors[rows])
     if with_rivals:
         for name, model in rivals(work.seed).items():
             judges[name] = rival_judge(name, model, samples, work.records, learned, work.seed)

@@ -30,6 +30,7 @@ from tools.train.picture_samples import (
     PictureSamples,
     sample_picture,
 )
+from tools.train.picture_taught import Rows, Told, both, taught, unlabelled
 from tools.train.records import Record
 from tools.train.store import digest, kept
 
@@ -51,9 +52,6 @@ PART = 8192
 MODULES = (picture_candidates, picture_circles, picture_maps, picture_patch, augment, of_pictures, of_records)
 SOURCES = tuple(Path(str(module.__file__)) for module in MODULES)
 
-Rows = NDArray[np.intp]
-Set = tuple[NDArray[np.floating], NDArray[np.int64], NDArray[np.float64]]
-
 
 def picture_samples(records: Sequence[Record], seed: int, cache: Path | None, turns: int = TURNS) -> PictureSamples:
     """Samples of every picture, `turns` times each."""
@@ -69,15 +67,17 @@ def picture_samples(records: Sequence[Record], seed: int, cache: Path | None, tu
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """The network and the rows of the samples that it has learned from."""
+    """The network and the rows of the samples that it has learned from; by_labels: the one that helped to teach it."""
 
     network: Network
     mines: Rows
     ground: Rows
+    by_labels: Network
 
-    def probabilities(self, vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-        """(N, 3) of surface, buried and background: means over the mirror images."""
-        return mirrored_mean(mirrored_logits(self.network, vectors))
+
+def probabilities(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.floating]:
+    """(N, 3) of surface, buried and background: means over the mirror images."""
+    return mirrored_mean(mirrored_logits(network, vectors))
 
 
 def mirrored_logits(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -95,14 +95,23 @@ def mirrored_mean(logits: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.mean([softmax(each) for each in logits], axis=0) if logits.size else logits[0]
 
 
-def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int) -> Learned:
-    """A network from the samples where `rows` (N,) is True: first with random ground, then with what it confused."""
+def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int, teach: bool = True) -> Learned:
+    """A network from the samples where `rows` (N,) is True: first with random ground, then with what it confused, and
+    last, unless `teach` is False, taught by the second and boosting beside the labels."""
     mines, ground = drawn(samples, rows, seed)
     plain = samples.round == 0
-    some = weighted(samples, mines[plain[mines]], ground[plain[ground]])
-    first = fit(*some, FIRST_EPOCHS, seed, falling, varied)
+    index, *wanted = weighted(samples, mines[plain[mines]], ground[plain[ground]])
+    first = fit(samples.vectors[index], *wanted, FIRST_EPOCHS, seed, falling, varied)
     ground = np.union1d(ground, hardest(samples, rows, first))
-    return Learned(fit(*weighted(samples, mines, ground), EPOCHS, seed, falling, varied, AVERAGED), mines, ground)
+    told = weighted(samples, mines, ground)
+    second = fit(samples.vectors[told[0]], *told[1:], EPOCHS, seed, falling, varied, AVERAGED)
+    if not teach:
+        return Learned(second, mines, ground, second)
+    labelled = np.concatenate((mines, ground))
+    asked = np.concatenate((labelled, unlabelled(samples, rows, labelled, seed)))
+    index, *wanted = taught(told, samples.truth, asked, both(second, samples, labelled, asked, seed))
+    network = fit(samples.vectors[index], *wanted, EPOCHS, seed, falling, varied, AVERAGED)
+    return Learned(network, mines, ground, second)
 
 
 def falling(done: float) -> float:
@@ -145,8 +154,8 @@ def hardest(samples: PictureSamples, rows: NDArray[np.bool_], network: Network) 
     return plain[order[place < HARD]]
 
 
-def weighted(samples: PictureSamples, mines: Rows, ground: Rows) -> Set:
-    """Vectors, labels and weights. A mine of unknown kind is learned as half of either."""
+def weighted(samples: PictureSamples, mines: Rows, ground: Rows) -> Told:
+    """Rows, labels and weights. A mine of unknown kind is learned as half of either."""
     truth = samples.truth[mines].astype(np.int64)
     untold = truth == MINE_UNKNOWN
     index = np.concatenate((mines, mines[untold], ground))
@@ -162,7 +171,7 @@ def weighted(samples: PictureSamples, mines: Rows, ground: Rows) -> Set:
     weights[surface] *= kept
     weights[laid] *= DRAWN_SHARE * weights[mine & ~laid].sum() / max(weights[laid].sum(), 1.0)
     weights[~mine] *= GROUND_WEIGHT * weights[mine].sum() / max(len(ground), 1)
-    return samples.vectors[index], labels, weights
+    return index, labels, weights
 
 
 assert tuple(CLASSES.index(n) for n in ("surface", "buried", "background")) == (SURFACE, BURIED, BACKGROUND)

@@ -85,6 +85,7 @@ def calibrate(samples: PictureSamples, records: Sequence[Record], seed: int) -> 
         network = learn(samples, ~held_out, seed).network
         rows.append(np.nonzero(held_out & (samples.round == 0) & (samples.what == CANDIDATE))[0])
         logits.append(mirrored_logits(network, samples.vectors[rows[-1]]))
+        print(f"zones {', '.join(zones)} judged by a network that never saw them", flush=True)
     chosen, answers = np.concatenate(rows), np.concatenate(logits, axis=1)
     truth = samples.truth[chosen].astype(np.int64)
     told = np.isin(truth, (SURFACE, BURIED, BACKGROUND))

@@ -7,8 +7,16 @@ import pytest
 from rover.detection.picture_patch import LENGTH
 
 from tools.train.network import fit
-from tools.train.picture_recipe import DRAWN_SHARE, GROUND_WEIGHT, SURFACE_SHARE, mirrored_logits, weighted
-from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, SURFACE, PictureSamples
+from tools.train.picture_recipe import (
+    DRAWN_SHARE,
+    GROUND_WEIGHT,
+    SURFACE_SHARE,
+    mirrored_logits,
+    mirrored_mean,
+    weighted,
+)
+from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, MINE_UNKNOWN, SURFACE, PictureSamples
+from tools.train.picture_taught import both, network_says, taught
 
 TRUTH = np.repeat(np.array((BURIED, SURFACE, SURFACE, BACKGROUND), np.int8), (40, 20, 200, 400))
 BOX = np.repeat(np.array((0, 0, DRAWN, -1), np.int16), (40, 20, 200, 400))
@@ -52,3 +60,29 @@ def test_every_mirror_image_is_asked() -> None:
     assert answers.shape == (4, len(some), 3)
     assert np.allclose(answers[0], network.logits(some.vectors)[:, SURFACE:])
     assert not np.allclose(answers[1], answers[0])
+
+
+def test_a_label_counts_for_half_and_the_answers_for_the_rest() -> None:
+    truth = np.array((BURIED, MINE_UNKNOWN, BACKGROUND, BACKGROUND))
+    told = np.array((0, 1, 1, 2)), np.array((BURIED, SURFACE, BURIED, BACKGROUND)), np.array((2.0, 0.5, 0.5, 3.0))
+    said = np.array(((0.2, 0.6, 0.2), (0.6, 0.2, 0.2), (0.01, 0.01, 0.98), (0.0, 0.4, 0.6)))
+    rows, labels, weights = taught(told, truth, np.arange(4), said)
+    learned = np.zeros((4, 3))
+    np.add.at(learned, (rows, labels - SURFACE), weights)
+    assert learned[0] == pytest.approx([0.2, 1.6, 0.2])
+    assert learned[1] == pytest.approx([0.675, 0.225, 0.1]), "a mine of unknown kind is of the kinds that are said"
+    assert learned[2] == pytest.approx([0.0, 0.0, 3.0]), "what is hardly likely is not learned"
+    assert learned[3] == pytest.approx([0.0, 1.2, 1.8]), "without a label: as ground counts, by the answers alone"
+
+
+def test_the_second_opinion_is_half_the_networks_and_the_same_each_time() -> None:
+    some = samples()
+    some.round[:] = 0
+    network = fit(some.vectors, some.truth.astype(np.int64), np.ones(len(some)), 3, 1)
+    rows = np.arange(0, len(some), 3)
+    alone = network_says(network, some, rows)
+    assert alone == pytest.approx(mirrored_mean(mirrored_logits(network, some.vectors[rows])), abs=1e-4)
+    one, again = (both(network, some, np.arange(len(some)), rows, 1) for _ in range(2))
+    assert np.array_equal(one, again)
+    assert one.sum(axis=1) == pytest.approx(1.0)
+    assert ((one >= 0.5 * alone - 1e-5) & (one <= 0.5 * alone + 0.5 + 1e-5)).all()

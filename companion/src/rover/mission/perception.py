@@ -31,6 +31,9 @@ LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
 MAPPING_SIGMA = 0.06
 # A pose less certain than this, 1σ in metres, must not be driven on.
 LOST_SIGMA = 0.08
+# No wheel touches a place that was found so often and is a mine with at least this probability, reported or not.
+AVOIDED_VIEWS = 3
+AVOIDED_FROM = 0.15
 # Every so many frames one is mapped and searched: 0.24 s apart, 6 cm of driving or 16° of turning, a third of the view.
 MAP_EVERY = 2
 # Way that the rover still makes once a new zone has it stop, metres: the frame's delay, the wire, and braking.
@@ -112,6 +115,26 @@ class Perception:
         ]
 
     @property
+    def avoided(self) -> list[Place]:
+        """Places inside the area that no wheel may touch: the suspected ones, and all that are not unlikely enough.
+
+        What was inspected and is no indication, but no plain ground either, is not driven over.
+        """
+        suspected = {place.id for place in self.suspected}
+        width, height = self._area
+        return [
+            place
+            for place in self.evidence.places
+            if place.id in suspected
+            or (
+                place.views >= AVOIDED_VIEWS
+                and place.mine_probability >= AVOIDED_FROM
+                and 0.0 <= place.x <= width
+                and 0.0 <= place.y <= height
+            )
+        ]
+
+    @property
     def indications(self) -> list[Place]:
         """Places inside the area that are reported as indications of a mine."""
         return [place for place in self.suspected if place.indication]
@@ -155,7 +178,7 @@ class Perception:
         self.grid.integrate_frame(frame, self.camera, pose, self.sigma, detections)
         self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
         here = self.pose
-        self.keepout.update(self.suspected, now, (here.x, here.y), WHEEL_REACH + (BRAKING if self._moving else 0.0))
+        self.keepout.update(self.avoided, now, (here.x, here.y), WHEEL_REACH + (BRAKING if self._moving else 0.0))
         return True
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::field::Field;
 use crate::geometry::Point;
-use crate::mend::Mended;
+use crate::mended::Mended;
 use crate::roadmap::Roadmap;
 use crate::route;
 

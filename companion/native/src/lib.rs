@@ -19,6 +19,7 @@ mod hang;
 mod lattice;
 mod memory;
 mod mend;
+mod mended;
 mod order;
 mod planner;
 mod python_field;

@@ -13,7 +13,7 @@ from rover_hil.scenario.language import Injection
 OF_A_WHEEL = ("encoder-stuck", "encoder-reversed", "motor-stalled", "motor-open", "wheel-slip")
 OF_A_SONAR = ("sonar-dead", "sonar-deaf", "sonar-near")
 OF_THE_ROVER = ("encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
-ONCE = ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead", "carried-away")
+END_BY_THEMSELVES = ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead", "carried-away")
 FOOTPRINT = 0.15
 POST_HEIGHT = 0.5
 
@@ -48,7 +48,7 @@ class WorldFaults:
 
     def _board(self, injection: Injection, on: bool) -> bool:
         name = injection.fault
-        if name not in ONCE:
+        if name not in END_BY_THEMSELVES:
             return False
         if not on:
             return True

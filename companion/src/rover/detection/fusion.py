@@ -60,9 +60,9 @@ class Evidence:
         return list(self._places)
 
     @property
-    def content(self) -> tuple[list[Place], int]:
-        """Every place, and the number of the next new one."""
-        return list(self._places), self._next
+    def next_place(self) -> int:
+        """The number of the next new place."""
+        return self._next
 
     def restore(self, places: Sequence[Place], next_place: int) -> None:
         """Takes over what another run has found; numbers go on from there."""

@@ -90,12 +90,19 @@ def _apart(points: list[tuple[float, float]], distance: float) -> list[tuple[flo
         return points
     x, y = np.array(points).T
     near = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2 < distance**2
-    free = np.ones(len(points), bool)
-    kept = []
-    for index, point in enumerate(points):
+    return [points[index] for index in first_of_each(near)]
+
+
+def first_of_each(same: NDArray[np.bool_], most: int | None = None) -> list[int]:
+    """Numbers of those that stay, at most so many: none is the same (N, N) as one before it that stays."""
+    free = np.ones(len(same), bool)
+    kept: list[int] = []
+    for index in range(len(same)):
         if free[index]:
-            kept.append(point)
-            free &= ~near[index]
+            kept.append(index)
+            if len(kept) == most:
+                break
+            free &= ~same[index]
     return kept
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.detection.classifier import MINES, Classifier
-from rover.detection.picture_candidates import find_spots
+from rover.detection.picture_candidates import find_spots, first_of_each
 from rover.detection.picture_maps import picture_maps
 from rover.detection.picture_patch import MIRRORED, describe_spots
 
@@ -79,12 +79,4 @@ def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> 
     x, y, extent = spots[order].T
     apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
     same = apart <= SAME * np.maximum(extent[:, None], extent)
-    free = np.ones(len(order), bool)
-    kept: list[int] = []
-    for place, index in enumerate(order.tolist()):
-        if free[place]:
-            kept.append(index)
-            if len(kept) == most:
-                break
-            free &= ~same[place]
-    return kept
+    return order[first_of_each(same, most)].tolist()

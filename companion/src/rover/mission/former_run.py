@@ -56,12 +56,11 @@ def save_run(folder: Path, survey: Survey) -> None:
     if not known.frames:
         return
     save_map(folder / KEYFRAMES, known, perception.camera)
-    places, next_place = perception.evidence.content
     content = {
         "version": VERSION,
         "area": [survey.mission.area.width, survey.mission.area.height],
-        "next_place": next_place,
-        "places": [_record(place) for place in places],
+        "next_place": perception.evidence.next_place,
+        "places": [_record(place) for place in perception.evidence.places],
         "goals": [asdict(goal) for goal in survey.goals],
         "released": sorted(perception.released),
     }

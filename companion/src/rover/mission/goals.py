@@ -65,11 +65,8 @@ class Goals:
         """
         wanted = {(goal.x, goal.y): goal for goal in self._goals}
         for goal in former:
-            reached = goal.state == INSPECTED
-            again = replace(goal, attempts=0, inspected_at=None)
-            if goal.state == UNREACHABLE:
-                again = replace(again, state=PENDING, reason="")
             if goal.place_id is not None:
-                self._goals.append(again)
-            elif reached and (goal.x, goal.y) in wanted:
+                state, reason = (PENDING, "") if goal.state == UNREACHABLE else (goal.state, goal.reason)
+                self._goals.append(replace(goal, state=state, reason=reason, attempts=0, inspected_at=None))
+            elif goal.state == INSPECTED and (goal.x, goal.y) in wanted:
                 wanted[goal.x, goal.y].state = INSPECTED

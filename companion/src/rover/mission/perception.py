@@ -105,14 +105,7 @@ class Perception:
 
         One that was inspected and did not become an indication then is `released`: report and zones agree on it.
         """
-        width, height = self._area
-        return [
-            place
-            for place in self.evidence.places
-            if (place.indication or (place.suspected and place.id not in self.released))
-            and 0.0 <= place.x <= width
-            and 0.0 <= place.y <= height
-        ]
+        return [place for place in self._places_inside() if self._is_suspected(place)]
 
     @property
     def avoided(self) -> list[Place]:
@@ -120,19 +113,19 @@ class Perception:
 
         What was inspected and is no indication, but no plain ground either, is not driven over.
         """
-        suspected = {place.id for place in self.suspected}
-        width, height = self._area
         return [
             place
-            for place in self.evidence.places
-            if place.id in suspected
-            or (
-                place.views >= AVOIDED_VIEWS
-                and place.mine_probability >= AVOIDED_FROM
-                and 0.0 <= place.x <= width
-                and 0.0 <= place.y <= height
-            )
+            for place in self._places_inside()
+            if self._is_suspected(place)
+            or (place.views >= AVOIDED_VIEWS and place.mine_probability >= AVOIDED_FROM)
         ]
+
+    def _is_suspected(self, place: Place) -> bool:
+        return place.indication or (place.suspected and place.id not in self.released)
+
+    def _places_inside(self) -> list[Place]:
+        width, height = self._area
+        return [place for place in self.evidence.places if 0.0 <= place.x <= width and 0.0 <= place.y <= height]
 
     @property
     def indications(self) -> list[Place]:

@@ -29,7 +29,7 @@ from rover.mission.begin import begin
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
 from rover.mission.former_run import FILES as FORMER_FILES
-from rover.mission.former_run import FormerRun, load_run, save_run
+from rover.mission.former_run import load_run, save_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, MissionRig, Status
 from rover.mission.origin import attach_files, origin_of
 from rover.mission.survey import Survey
@@ -62,7 +62,7 @@ class _Prepared:
     out: Path
     on_status: Callable[[Status], None] | None
     control: Control
-    former: FormerRun | None
+    resume: Path | None
 
     def drive(self, rig: MissionRig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
         """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
@@ -81,7 +81,7 @@ class _Prepared:
         """The log, with what the run is made from."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
         recording = Recording(self.out / "mission.mcap", {**origin, **(more or {})})
-        attach_files(recording, self.mission, self.former.folder if self.former is not None else None)
+        attach_files(recording, self.mission, self.resume)
         return recording
 
 
@@ -128,7 +128,7 @@ def run_mission(
     classifier = Classifier(mission.detector.model or default_model())
     survey = begin(mission, camera, classifier, seed, former)
     prepared = _Prepared(
-        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), former
+        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), resume
     )
     started = time.monotonic()
     real_time = referee = None
@@ -151,9 +151,8 @@ def run_mission(
 def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, dict[str, float | None] | None]:
     """In virtual time, on a rig that is started for it."""
     mission, out = prepared.mission, prepared.out
-    former = prepared.former.folder if prepared.former is not None else None
     options = RigOptions(
-        mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=former
+        mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=prepared.resume
     )
     process = RigProcess(options, out / "rig.log")
     try:

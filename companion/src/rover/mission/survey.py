@@ -230,9 +230,13 @@ class Survey:
         if self._turns_left == 0:
             self._enter("decide", now)
             return
+        self._turn_on(LOOK_TURNS)
+
+    def _turn_on(self, steps: int) -> None:
+        """One step of a whole turn in so many."""
         self._turns_left -= 1
         pose = self.perception.pose
-        self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / LOOK_TURNS))
+        self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / steps))
 
     def _seek(self, now: float) -> None:
         if self.perception.placed:
@@ -244,9 +248,7 @@ class Survey:
                 why = f"the rover does not know where it is (1σ of {sigma:.2f} m) and looked all around in vain"
                 self._finish(now, Outcome("partial", why))
                 return
-            self._turns_left -= 1
-            pose = self.perception.pose
-            self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / SEEK_TURNS))
+            self._turn_on(SEEK_TURNS)
 
     def _decide(self, now: float, space: FreeSpace) -> None:
         pose = self.perception.pose

@@ -17,14 +17,15 @@ class Track:
     """Poses at the end of every cycle, once there is one. Times in seconds of the companion's clock."""
 
     def __init__(self) -> None:
-        self._times: list[float] = []
+        self._first: float | None = None
+        self._last = 0.0
         self._fused: list[tuple[float, float, float, float]] = []
         self._wheels: list[tuple[float, float, float, float]] = []
         self._sigmas: list[float] = []
 
     def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float) -> None:
         """One cycle."""
-        self._times.append(now)
+        self._first, self._last = now if self._first is None else self._first, now
         if sigma > PLACED:
             return
         self._fused.append((now, fused.x, fused.y, fused.heading))
@@ -54,12 +55,12 @@ class Track:
     @property
     def duration(self) -> float:
         """Seconds from the first cycle to the last."""
-        return self._times[-1] - self._times[0] if self._times else 0.0
+        return self._last - self.start
 
     @property
     def start(self) -> float:
         """When the first cycle ended."""
-        return self._times[0] if self._times else 0.0
+        return 0.0 if self._first is None else self._first
 
     @property
     def distance(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rover.vision.cluster import NOISE, dbscan
 from rover.vision.features import Features
-from rover.vision.matching import match_both_ways
+from rover.vision.matching import match_both_ways, match_features
 from rover.vision.registration_settings import RegistrationSettings
 
 Points = NDArray[np.float64]
@@ -32,6 +32,14 @@ class Correspondence:
     all_b: Points
     clustered_a: Points
     clustered_b: Points
+
+
+def correspond(
+    a: Features, b: Features, shape_a: Shape, shape_b: Shape, settings: RegistrationSettings
+) -> Correspondence:
+    """From A to B."""
+    in_a, in_b = match_features(a, b, settings.match)
+    return _clustered(len(a), len(b), shape_a, shape_b, a.points[in_a], b.points[in_b], settings)
 
 
 def correspond_both_ways(

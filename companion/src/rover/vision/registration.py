@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.vision.correspondence import Correspondence, correspond_both_ways
+from rover.vision.correspondence import Correspondence, correspond, correspond_both_ways
 from rover.vision.features import FeatureDetector, Features
 from rover.vision.hypothesis import (
     Registration,
@@ -96,7 +96,7 @@ def register_features(
     a: Features, b: Features, shape_a: tuple[int, ...], shape_b: tuple[int, ...], settings: RegistrationSettings
 ) -> Registration:
     """One way and by the matches alone, from features found before; shapes are (H, W)."""
-    return _by_matches(correspond_both_ways(a, b, shape_a, shape_b, settings)[0], settings)
+    return _by_matches(correspond(a, b, shape_a, shape_b, settings), settings)
 
 
 def _one_way(a: Prepared, b: Prepared, matched: Correspondence, settings: RegistrationSettings) -> Registration:

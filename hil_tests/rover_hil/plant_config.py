@@ -9,7 +9,7 @@ import numpy as np
 from rover.errors import BadInput
 from rover.mission.config import Mission
 from rover.vehicle import Vehicle
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 from rover_plant import Plant
 
 from rover_hil.ground import Ground

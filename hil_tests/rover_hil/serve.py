@@ -15,7 +15,7 @@ from rover.errors import BadInput
 from rover.link.port import SLCAN_BAUD
 from rover.mission.config import Mission, load
 from rover.record.tum import write_tum
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 from rover_hil.former_world import drive_on, save_seen
 from rover_hil.ground import Ground, build

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 from rover_hil.plant_config import camera_config
 from rover_hil.testing.plants import QUIET_CAMERA, cell_centres, drive, make_plant
 from rover_plant import Plant

@@ -20,20 +20,20 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import Classifier, default_model
-from rover.detection.detect import DetectSettings, detect
 from rover.detection.fusion import Evidence, EvidenceSettings
-from rover.detection.ground_image import GroundRectifier
+from rover.detection.ground.detect import DetectSettings, detect
+from rover.detection.ground.image import GroundRectifier
 from rover.detection.place import Place
 from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.mission import config
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import build_plant
 
 from tools.bench.missions import MATCH_DISTANCE
-from tools.train.fields import Field, draw_pattern, expose
+from tools.train.ground.fields import Field, draw_pattern, expose
 
 # Classes of contrast at the surface, kelvin.
 CLASSES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.8), (0.8, 1.2), (1.2, math.inf))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from rover.vision.calibration_mount import MOUNT
-from rover.vision.calibration_uncertainty import UncertainCamera
-from rover.vision.camera_file import load_camera
+from rover.vision.calibration.mount import MOUNT
+from rover.vision.calibration.uncertainty import UncertainCamera
+from rover.vision.camera.file import load_camera
 
 SIGMA_PX = 0.5
 SIGMA_POSITION = 0.005

@@ -11,7 +11,7 @@ import math
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rover.vision.camera import focal_from_fov
+from rover.vision.camera.model import focal_from_fov
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from tools.evaluate.real import OWN, evaluate_real
 from tools.evaluate.report import real_section
 from tools.evaluate.shown import write_worst
 from tools.evaluate.synthetic import synthetic_section
-from tools.train.ground import SOIL_TEST_FIELDS
+from tools.train.ground.train import SOIL_TEST_FIELDS
 
 NO_CONCLUSION = """## What may not be concluded
 

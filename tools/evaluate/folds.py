@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.detection.picture_detect import MOST, thin
+from rover.detection.picture.detect import MOST, thin
 
 from tools.evaluate.figures import f1
-from tools.train.picture_hits import HIGHEST, hit
-from tools.train.picture_samples import (
+from tools.train.picture.hits import HIGHEST, hit
+from tools.train.picture.records import Record
+from tools.train.picture.samples import (
     BACKGROUND,
     BOX,
     BURIED,
@@ -22,7 +23,6 @@ from tools.train.picture_samples import (
     WINDOW,
     PictureSamples,
 )
-from tools.train.records import Record
 
 # The rate of false alarms at which Pd is read off.
 FALSE_ALARMS = 0.3

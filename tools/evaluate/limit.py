@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import CLASSES
-from rover.detection.ground_image import GroundRectifier
-from rover.detection.patch import SIDE as PATCH_SIDE
-from rover.detection.patch import STATISTICS
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.detection.ground.image import GroundRectifier
+from rover.detection.ground.patch import SIDE as PATCH_SIDE
+from rover.detection.ground.patch import STATISTICS
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 from rover_hil.ground import daily_contrasts
 
 from tools.evaluate.figures import table
-from tools.train.fields import make_field, views
-from tools.train.ground import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, SOIL_TEST_FIELDS, TEST_FRAMES
-from tools.train.look import in_view, truth_of
-from tools.train.samples import Looks
+from tools.train.ground.fields import make_field, views
+from tools.train.ground.look import in_view, truth_of
+from tools.train.ground.samples import Looks
+from tools.train.ground.train import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, SOIL_TEST_FIELDS, TEST_FRAMES
 
 # Patches of so many pixels of 2 cm.
 SIDE, STEP = 22, 0.02

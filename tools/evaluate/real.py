@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import CLASSES, Classifier
-from rover.detection.picture_detect import judge as judge_vectors
+from rover.detection.picture.detect import judge as judge_vectors
 
 from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
 from tools.evaluate.rivals import rival_judge, rivals
 from tools.train.measure import fit_pictures, softmax
-from tools.train.picture_hits import HIGHEST, hit
-from tools.train.picture_recipe import learn, picture_samples, probabilities
-from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
-from tools.train.records import Record, read_records
+from tools.train.picture.hits import HIGHEST, hit
+from tools.train.picture.recipe import learn, picture_samples, probabilities
+from tools.train.picture.records import Record, read_records
+from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
 
 THREE = (SURFACE, BURIED, BACKGROUND)
 # The second learned from labels alone: as it takes a third of the time, it is the one for splits beside the main one.

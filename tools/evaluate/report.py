@@ -15,8 +15,8 @@ from tools.evaluate.folds import FALSE_ALARMS, Outcome, thresholds
 from tools.evaluate.real import BY_LABELS, OWN, RealResults, calibrated
 from tools.evaluate.rivals import BOOSTING, MOST_ROWS
 from tools.train.measure import calibration_error
-from tools.train.picture_hits import HIGHEST
-from tools.train.picture_samples import BACKGROUND, MINE_UNKNOWN, SURFACE
+from tools.train.picture.hits import HIGHEST
+from tools.train.picture.samples import BACKGROUND, MINE_UNKNOWN, SURFACE
 
 FIGURES = ("mine", "surface", "buried", "pd", "pd strict")
 ASKED = {"mine": 0.95, "surface": 0.85, "buried": 0.90, "pd": 0.95, "pd strict": 0.95}

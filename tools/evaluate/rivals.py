@@ -17,9 +17,9 @@ from sklearn.svm import SVC
 
 from tools.evaluate.folds import Judge
 from tools.train.measure import softmax
-from tools.train.picture_recipe import Learned
-from tools.train.picture_samples import BACKGROUND, BURIED, SURFACE, PictureSamples
-from tools.train.records import Record
+from tools.train.picture.recipe import Learned
+from tools.train.picture.records import Record
+from tools.train.picture.samples import BACKGROUND, BURIED, SURFACE, PictureSamples
 
 SIDE = 16
 PLAIN, BOOSTING = "plain MLP", "gradient boosting"

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from tools.evaluate.folds import Outcome
-from tools.train.records import Record
+from tools.train.picture.records import Record
 
 TILE, PER_ROW, MOST = 256, 6, 18
 RED, GREEN = (0, 0, 255), (0, 255, 0)

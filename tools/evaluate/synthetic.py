@@ -8,8 +8,8 @@ from rover.detection.classifier import Classifier
 
 from tools.evaluate import limit, timing
 from tools.evaluate.driven import CHOSEN, curve, drives, places, split
-from tools.train.fields import HELD_OUT_HOURS
-from tools.train.ground import FIRST_DRIVE, LEAST_TESTED, tests
+from tools.train.ground.fields import HELD_OUT_HOURS
+from tools.train.ground.train import FIRST_DRIVE, LEAST_TESTED, tests
 from tools.train.measure import by_contrast, looks_as_markdown
 
 

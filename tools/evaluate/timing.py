@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.capture.frame import Frame
 from rover.detection.classifier import GROUND, PICTURES, Classifier, default_model
-from rover.detection.detect import DetectSettings, detect
-from rover.detection.ground_image import GroundImage, GroundRectifier, from_picture
-from rover.detection.picture_detect import detect_in_picture, prepare
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.detection.ground.detect import DetectSettings, detect
+from rover.detection.ground.image import GroundImage, GroundRectifier, from_picture
+from rover.detection.picture.detect import detect_in_picture, prepare
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 
 from tools.evaluate.figures import table
 

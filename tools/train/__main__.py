@@ -8,7 +8,8 @@ import warnings
 from rover.detection.classifier import GROUND, PICTURES
 from sklearn.exceptions import ConvergenceWarning
 
-from tools.train import ground, pictures
+from tools.train.ground import train as ground
+from tools.train.picture import train as pictures
 
 COMMANDS = {GROUND: ground.main, PICTURES: pictures.main}
 

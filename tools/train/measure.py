@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.detection.classifier import CLASSES, MINES
 
-from tools.train.samples import BACKGROUND, OBSTACLE, UNSURE, Looks
+from tools.train.ground.samples import BACKGROUND, OBSTACLE, UNSURE, Looks
 
 BINS = 10
 MINE_COLUMNS = [CLASSES.index(name) for name in MINES]

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 from rover.cli.main import invoke
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "vision"))
 
 from calibration_scene import circle_grid, render, tilted_poses
-from rover.vision.calibration_board import Board
+from rover.vision.calibration.board import Board
 
 BOARD = Board(5, 4, 0.05, circles=True)
 TRUTH = CameraModel("truth", 160, 120, 150.0, 150.0, 80.5, 59.0)

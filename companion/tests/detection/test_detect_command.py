@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from rover.cli.main import invoke
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 
 def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:

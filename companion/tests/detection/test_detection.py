@@ -6,15 +6,15 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.frame import Frame
-from rover.detection.candidates import MOST, find_candidates
 from rover.detection.classifier import CLASSES, Classifier, default_model
-from rover.detection.detect import Detection, DetectSettings, detect, toned
 from rover.detection.fusion import Evidence, EvidenceSettings
-from rover.detection.ground_image import GroundRectifier, from_picture
-from rover.detection.patch import LENGTH, SIDE, describe
+from rover.detection.ground.candidates import MOST, find_candidates
+from rover.detection.ground.detect import Detection, DetectSettings, detect, toned
+from rover.detection.ground.image import GroundRectifier, from_picture
+from rover.detection.ground.patch import LENGTH, SIDE, describe
 from rover.errors import BadInput
 from rover.geometry import Pose2
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 CAMERA = load_camera("lepton-160")
 RECTIFIER = GroundRectifier(CAMERA)

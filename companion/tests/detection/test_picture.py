@@ -5,13 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from rover.detection import picture_circles
 from rover.detection.classifier import PICTURES, Classifier, default_model
-from rover.detection.picture_candidates import find_spots
-from rover.detection.picture_check import check_picture
-from rover.detection.picture_detect import MOST, SAME, detect_in_picture, judge, thin
-from rover.detection.picture_maps import picture_maps
-from rover.detection.picture_patch import LENGTH, MIRRORED, describe_spots
+from rover.detection.picture import circles
+from rover.detection.picture.candidates import find_spots
+from rover.detection.picture.check import check_picture
+from rover.detection.picture.detect import MOST, SAME, detect_in_picture, judge, thin
+from rover.detection.picture.maps import picture_maps
+from rover.detection.picture.patch import LENGTH, MIRRORED, describe_spots
 from rover.errors import BadInput
 
 
@@ -70,9 +70,9 @@ def test_numbers_of_circles_do_not_change_when_the_picture_is_turned() -> None:
     picture = with_disc(330, 300, 80, 220.0)
     turned = np.ascontiguousarray(np.rot90(picture))
     spot, as_turned = np.array([[330.0, 300.0, 80.0]], np.float32), np.array([[300.0, 310.0, 80.0]], np.float32)
-    first, _ = picture_circles.describe(picture_maps(picture), spot)
-    second, _ = picture_circles.describe(picture_maps(turned), as_turned)
-    assert first.shape == (1, picture_circles.NUMBERS)
+    first, _ = circles.describe(picture_maps(picture), spot)
+    second, _ = circles.describe(picture_maps(turned), as_turned)
+    assert first.shape == (1, circles.NUMBERS)
     assert np.abs(first - second).mean() < 0.08
     assert np.quantile(np.abs(first - second), 0.95) < 0.4
 

@@ -12,7 +12,7 @@ from rover.mapping import map_server
 from rover.mapping.picture_grid import PictureGrid
 from rover.mapping.thermal_anomaly import anomalies
 from rover.mapping.visible_anomaly import visible_anomalies
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 CAMERA = load_camera("lepton-160")
 POSE = Pose2(0.3, 1.0, 0.0)

@@ -13,7 +13,7 @@ from rover.geometry import Pose2
 from rover.mapping import map_server
 from rover.mapping.survey_grid import SurveyGrid
 from rover.vehicle import Vehicle
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 CAMERA = load_camera("lepton-160")
 POSE = Pose2(0.3, 1.0, 0.0)

@@ -8,7 +8,7 @@ from rover.detection.place import Place
 from rover.mission.config import load
 from rover.mission.perception import Perception
 from rover.vehicle import Vehicle
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from rover.link.inquiry import Told
 from rover.link.self_test import Finding
 from rover.link.telemetry import Battery, FirmwareState
 from rover.mission.preflight import Preflight, judge_disk, judge_firmware, judge_pictures
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 CAMERA = load_camera("lepton-160")
 SONARS = {0: "NoEcho", 1: "Ok", 2: "Ok"}

@@ -14,7 +14,7 @@ from rover.mission.freespace import FreeSpace, free_space
 from rover.mission.goals import Goal
 from rover.mission.targets import MAX_VIEWPOINTS, MINIMUM_GAIN, VIEWPOINT_SPACING, Decision, Target, candidates, decide
 from rover.vehicle import Vehicle
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 RESOLUTION = 0.02
 HERE = Pose2(0.6, 0.6, 0.0)

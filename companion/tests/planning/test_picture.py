@@ -9,7 +9,7 @@ import planning_field as paper
 import pytest
 from rover.errors import BadInput
 from rover.planning import GridField, plan
-from rover.planning.picture import GOAL, GROUND, PATH, START, TREE, draw, save, tree_edges
+from rover.planning.plot import GOAL, GROUND, PATH, START, TREE, draw, save, tree_edges
 
 
 def test_map_tree_path_start_and_goals_are_drawn(tmp_path: Path) -> None:

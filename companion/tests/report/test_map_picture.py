@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rover.report.map_picture import FIELD_PIXELS, MARGINS, draw_map, png_bytes, thumbnail
+from rover.report.map_plot import FIELD_PIXELS, MARGINS, draw_map, png_bytes, thumbnail
 from rover.report.palette import UNMEASURED, UNSEEN, ZONE
 from rover.report.result import MapLayers, RunResult
 from sample_run import make_result

@@ -12,8 +12,8 @@ from functools import cache
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rover.vision.calibration_board import Board
-from rover.vision.camera import CameraModel
+from rover.vision.calibration.board import Board
+from rover.vision.camera.model import CameraModel
 
 RAYS = 4
 Pattern = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]

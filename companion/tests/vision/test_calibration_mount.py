@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from calibration_scene import tilted_poses
 from rover.errors import BadInput
-from rover.vision.calibration import project
-from rover.vision.calibration_board import Board
-from rover.vision.calibration_mount import MOUNT, angles_of, mount_from_ground, read_points
-from rover.vision.calibration_pair import ground_homography, homography_from_matches, pair_from_board
-from rover.vision.calibration_uncertainty import UncertainCamera
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.vision.calibration.board import Board
+from rover.vision.calibration.intrinsics import project
+from rover.vision.calibration.mount import MOUNT, angles_of, mount_from_ground, read_points
+from rover.vision.calibration.pair import ground_homography, homography_from_matches, pair_from_board
+from rover.vision.calibration.uncertainty import UncertainCamera
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 
 LEPTON = dataclasses.replace(load_camera("lepton-160"), x=0.05, y=-0.03, roll=0.02, yaw=-0.1,
                              distortion=(-0.2, 0.05, 0.001, -0.001))  # fmt: skip

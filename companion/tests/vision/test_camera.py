@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput
-from rover.vision.camera import CameraModel, focal_from_fov
-from rover.vision.camera_file import built_in_cameras, load_camera
+from rover.vision.camera.file import built_in_cameras, load_camera
+from rover.vision.camera.model import CameraModel, focal_from_fov
 
 LEPTON = load_camera("lepton-160")
 BENT = dataclasses.replace(LEPTON, distortion=(-0.2, 0.05, 0.001, -0.002, 0.01), skew=1.5, yaw=0.2, roll=0.03)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rover.vision.cluster import dbscan
-from rover.vision.features import FeatureDetector, Features, FeatureSettings, spread
-from rover.vision.matching import (
+from rover.vision.registration.cluster import dbscan
+from rover.vision.registration.features import FeatureDetector, Features, FeatureSettings, spread
+from rover.vision.registration.matching import (
     MatchSettings,
     hamming,
     hamming_by_product,
@@ -18,7 +18,7 @@ from rover.vision.matching import (
     mutual_matches,
     signs,
 )
-from rover.vision.preprocess import Preprocessor, PreprocessSettings, remove_stripes, repair_dead_pixels
+from rover.vision.registration.preprocess import Preprocessor, PreprocessSettings, remove_stripes, repair_dead_pixels
 from thermal_scene import texture
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from rover.cli.main import invoke
 from rover.geometry import Pose2
-from rover.vision.camera_file import load_camera
-from rover.vision.ground_track import camera_in_map
+from rover.vision.camera.file import load_camera
+from rover.vision.tracking.ground_track import camera_in_map
 from thermal_scene import START, ThermalScene, texture
 
 CAMERA = load_camera("lepton-160")

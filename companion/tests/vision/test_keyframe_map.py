@@ -13,10 +13,10 @@ import pytest
 from rover.cli.main import invoke
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
-from rover.vision.camera_file import load_camera
-from rover.vision.ground_track import camera_in_map
-from rover.vision.keyframe_map import FILE_NAME, KeyframeMap, load_map, save_map
-from rover.vision.localizer import Localizer
+from rover.vision.camera.file import load_camera
+from rover.vision.localization.keyframe_map import FILE_NAME, KeyframeMap, load_map, save_map
+from rover.vision.localization.localizer import Localizer
+from rover.vision.tracking.ground_track import camera_in_map
 from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture
 
 CAMERA = load_camera("lepton-160")

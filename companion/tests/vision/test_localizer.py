@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
-from rover.vision.camera_file import load_camera
-from rover.vision.localizer import Fix, Localizer, LocalizerSettings
+from rover.vision.camera.file import load_camera
+from rover.vision.localization.localizer import Fix, Localizer, LocalizerSettings
 from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture, with_wheels
 
 LATENCY_STEPS = 3

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.picture import read_picture
-from rover.vision.homography import apply_homography
-from rover.vision.mosaic import stitch
-from rover.vision.picture_graph import GraphSettings, Placement, Tie, place_pictures, rmse_of, solve
+from rover.vision.mosaic.picture_graph import GraphSettings, Placement, Tie, place_pictures, rmse_of, solve
+from rover.vision.mosaic.stitch import stitch
+from rover.vision.registration.homography import apply_homography
 from thermal_scene import texture
 
 SIZE = (320, 240)

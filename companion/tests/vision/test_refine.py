@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from rover.vision.homography import apply_homography
-from rover.vision.refine import RefineSettings, fit_homography, refine_homography
+from rover.vision.registration.homography import apply_homography
+from rover.vision.registration.refine import RefineSettings, fit_homography, refine_homography
 from thermal_scene import texture
 
 TRUTH = np.array([[0.9, -0.2, 60.0], [0.15, 1.0, -30.0], [1e-4, -5e-5, 1.0]])

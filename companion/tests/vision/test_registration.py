@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.picture import read_picture
-from rover.vision.homography import apply_homography
-from rover.vision.registration import (
+from rover.vision.registration.homography import apply_homography
+from rover.vision.registration.register import (
     PAPER_EPSILON,
     Registration,
     RegistrationSettings,

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.picture import read_picture
-from rover.vision.bundle import Scene, adjust
-from rover.vision.camera import CameraModel
-from rover.vision.camera_pose import CameraPose
-from rover.vision.sequence import SequenceSettings, track_sequence
+from rover.vision.camera.model import CameraModel
+from rover.vision.camera.pose import CameraPose
+from rover.vision.tracking.bundle import Scene, adjust
+from rover.vision.tracking.sequence import SequenceSettings, track_sequence
 from thermal_scene import texture
 
 CAMERA = CameraModel("synthetic", 320, 240, 300.0, 300.0, 159.5, 119.5)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.capture import Frame
 from rover.geometry import Pose2
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 TRACK = 0.20
 COUNT_M = 2.0 * math.pi * 0.0325 / 1560.0

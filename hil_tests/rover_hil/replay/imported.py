@@ -23,7 +23,7 @@ from rover.mission.origin import CAMERA_FILE, MISSION_FILE, attach_files, origin
 from rover.mission.perception import Perception
 from rover.record.recording import Recording
 from rover.vehicle import Vehicle
-from rover.vision.camera_file import camera_file, load_camera
+from rover.vision.camera.file import camera_file, load_camera
 
 from rover_hil.replay.csv_table import read_csv
 from rover_hil.replay.estimators import IMPORTED, Estimators, Input, write_input

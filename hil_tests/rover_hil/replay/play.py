@@ -19,7 +19,7 @@ from rover.record.comparison import Comparison, Differs, RecordingOver
 from rover.record.difference import Difference
 from rover.record.log_reader import Log
 from rover.record.rig_step import RigStep
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 from rover_hil.firmware_process import emulator_command, sitl_command
 from rover_hil.replay.device import DeviceReplay

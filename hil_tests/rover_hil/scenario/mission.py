@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.errors import PreflightFailed
 from rover.mission.config import load
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 from rover_hil.ground import build
 from rover_hil.plant_config import build_plant, describe_camera

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rover.vision.registration import Registration, register
+from rover.vision.registration.register import Registration, register
 
 from tools.bench.vision.pairs import Judged, judged_pairs
 

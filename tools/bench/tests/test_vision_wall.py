@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rover.vision.picture_graph import Placement
+from rover.vision.mosaic.picture_graph import Placement
 
 from tools.bench.vision.facade import marker_transfer
 from tools.bench.vision.seams import seam_table

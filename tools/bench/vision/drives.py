@@ -17,13 +17,13 @@ from rover.capture.frame import Frame
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
 from rover.mission import config
-from rover.vision.camera import CameraModel
-from rover.vision.localizer import Localizer, LocalizerSettings
+from rover.vision.camera.model import CameraModel
+from rover.vision.localization.localizer import Localizer, LocalizerSettings
 from rover_hil.ground import build
 from rover_hil.plant_config import build_plant
 
 from tools.bench.vision.way import STEP, Drive, along, circuit, free_place, reported, wander
-from tools.train.fields import Field, draw_pattern, expose
+from tools.train.ground.fields import Field, draw_pattern, expose
 
 FRAME_STEPS, LATENCY_STEPS = 6, 3
 START_SIGMA = (0.005, 0.005, 0.005)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from rover.vision.camera_pose import CameraPose
-from rover.vision.homography import apply_homography
-from rover.vision.picture_graph import GraphSettings, Placement, place_pictures
-from rover.vision.registration import RegistrationSettings, prepare, register_prepared
-from rover.vision.sequence import SequenceSettings, track_sequence
+from rover.vision.camera.pose import CameraPose
+from rover.vision.mosaic.picture_graph import GraphSettings, Placement, place_pictures
+from rover.vision.registration.homography import apply_homography
+from rover.vision.registration.register import RegistrationSettings, prepare, register_prepared
+from rover.vision.tracking.sequence import SequenceSettings, track_sequence
 
 from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.seams import seam_table

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from rover.geometry import Pose2
-from rover.vision.localizer import Localizer
+from rover.vision.localization.localizer import Localizer
 
 from tools.bench.vision.drives import FRAME_STEPS, Scene
 from tools.bench.vision.way import STEP, Drive

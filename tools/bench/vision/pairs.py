@@ -18,9 +18,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rover.capture.picture import read_picture, write_picture
-from rover.vision.homography import apply_homography
-from rover.vision.preprocess import local_contrast
-from rover.vision.registration import Registration, RegistrationSettings, register
+from rover.vision.registration.homography import apply_homography
+from rover.vision.registration.preprocess import local_contrast
+from rover.vision.registration.register import Registration, RegistrationSettings, register
 
 from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.truth import Picture, Points

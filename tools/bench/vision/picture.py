@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
-from rover.vision.camera_file import load_camera
-from rover.vision.ground_view import GroundView
-from rover.vision.localizer import Localizer, LocalizerSettings
-from rover.vision.matching import hamming, mutual_matches
-from rover.vision.observation import Observer
-from rover.vision.placement import PlacementSettings, place
-from rover.vision.preprocess import Preprocessor
+from rover.vision.camera.file import load_camera
+from rover.vision.localization.ground_view import GroundView
+from rover.vision.localization.localizer import Localizer, LocalizerSettings
+from rover.vision.localization.observation import Observer
+from rover.vision.localization.placement import PlacementSettings, place
+from rover.vision.registration.matching import hamming, mutual_matches
+from rover.vision.registration.preprocess import Preprocessor
 
 from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, Scene, scenes, twenty_metres
 from tools.bench.vision.way import STEP, Drive

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from rover.capture import open_source
-from rover.vision.preprocess import PreprocessSettings
-from rover.vision.registration import RegistrationSettings, find_features, register_features
+from rover.vision.registration.preprocess import PreprocessSettings
+from rover.vision.registration.register import RegistrationSettings, find_features, register_features
 
 from tools.bench.vision.truth import Picture, facade, landmines
 

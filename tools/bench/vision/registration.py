@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.vision.cluster import NOISE, dbscan
-from rover.vision.features import Features
-from rover.vision.homography import apply_homography
-from rover.vision.matching import match_features
-from rover.vision.registration import RegistrationSettings, find_features, prepare, register, register_prepared
+from rover.vision.registration.cluster import NOISE, dbscan
+from rover.vision.registration.features import Features
+from rover.vision.registration.homography import apply_homography
+from rover.vision.registration.matching import match_features
+from rover.vision.registration.register import RegistrationSettings, find_features, prepare, register, register_prepared
 
 from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.truth import Points, facade, graf, landmines

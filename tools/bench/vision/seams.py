@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rover.vision.homography import apply_homography
-from rover.vision.mosaic import canvas, stitch
-from rover.vision.picture_graph import Placement
+from rover.vision.mosaic.picture_graph import Placement
+from rover.vision.mosaic.stitch import canvas, stitch
+from rover.vision.registration.homography import apply_homography
 
 from tools.bench.vision.truth import Picture, Points
 

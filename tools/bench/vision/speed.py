@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from rover.vision.camera_file import load_camera
-from rover.vision.localizer import Localizer
+from rover.vision.camera.file import load_camera
+from rover.vision.localization.localizer import Localizer
 
 from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, scenes, twenty_metres
 from tools.bench.vision.way import STEP

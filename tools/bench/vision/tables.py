@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 from scipy.stats import chi2
 
 from tools.bench.vision.drives import FRAME_STEPS, Track, follow, loops, scenes, twenty_metres

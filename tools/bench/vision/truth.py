@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rover.capture.picture import read_picture
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]

@@ -10,7 +10,7 @@ import itertools
 from pathlib import Path
 
 import numpy as np
-from rover.vision.registration import RegistrationSettings, prepare, register_prepared
+from rover.vision.registration.register import RegistrationSettings, prepare, register_prepared
 
 from tools.bench.vision.facade import marker_transfer
 from tools.bench.vision.registration import corner_error

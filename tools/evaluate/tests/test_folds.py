@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tools.evaluate.folds import Alarm, Outcome, few_zones_folds, grouped_folds, random_folds, thresholds
-from tools.train.picture_hits import hit, threshold_for
-from tools.train.picture_samples import BACKGROUND, BURIED
-from tools.train.records import Box, Record
+from tools.train.picture.hits import hit, threshold_for
+from tools.train.picture.records import Box, Record
+from tools.train.picture.samples import BACKGROUND, BURIED
 
 GREY = np.zeros((64, 64), np.uint8)
 RECORDS = [Record(f"{z}{s}", z, s, 2.0, (Box(32, 32, 10, 10, "buried"),), GREY) for z in "1379" for s in "AB"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from rover.detection.classifier import CLASSES
-from rover.detection.patch import LENGTH
+from rover.detection.ground.patch import LENGTH
 
 from tools.evaluate.limit import STRENGTH, best_f1, searching_f1
-from tools.train.samples import Looks
+from tools.train.ground.samples import Looks
 
 BURIED, BACKGROUND = CLASSES.index("buried"), CLASSES.index("background")
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from rover.detection.classifier import CLASSES
-from rover.detection.ground_image import GroundRectifier
-from rover.detection.patch import LENGTH, SIDE
+from rover.detection.ground.image import GroundRectifier
+from rover.detection.ground.patch import LENGTH, SIDE
 from rover.geometry import Pose2
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
-from tools.train.fields import HELD_OUT_HOURS, draw_hour, expose, is_held_out, make_field
-from tools.train.look import in_view, truth_of
+from tools.train.ground.fields import HELD_OUT_HOURS, draw_hour, expose, is_held_out, make_field
+from tools.train.ground.look import in_view, truth_of
+from tools.train.ground.samples import BACKGROUND, OBSTACLE, UNSURE, WAYS, Looks, look_at_fields, turned
 from tools.train.measure import confusion_by_look, f1_scores
-from tools.train.samples import BACKGROUND, OBSTACLE, UNSURE, WAYS, Looks, look_at_fields, turned
 from tools.train.store import digest
 
 CAMERA = load_camera("lepton-160")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rover.detection.picture_patch import LENGTH
+from rover.detection.picture.patch import LENGTH
 
 from tools.train.network import fit
-from tools.train.picture_recipe import (
+from tools.train.picture.recipe import (
     DRAWN_SHARE,
     GROUND_WEIGHT,
     SURFACE_SHARE,
@@ -15,8 +15,8 @@ from tools.train.picture_recipe import (
     mirrored_mean,
     weighted,
 )
-from tools.train.picture_samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, MINE_UNKNOWN, SURFACE, PictureSamples
-from tools.train.picture_taught import both, network_says, taught
+from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, MINE_UNKNOWN, SURFACE, PictureSamples
+from tools.train.picture.taught import both, network_says, taught
 
 TRUTH = np.repeat(np.array((BURIED, SURFACE, SURFACE, BACKGROUND), np.int8), (40, 20, 200, 400))
 BOX = np.repeat(np.array((0, 0, DRAWN, -1), np.int16), (40, 20, 200, 400))

@@ -42,7 +42,7 @@ class SimulatorSource:
         except ImportError as error:
             raise PreflightFailed(f"the simulated rig is not installed ({error}): run 'make setup'") from error
         from rover.mission.config import load
-        from rover.vision.camera_file import load_camera
+        from rover.vision.camera.file import load_camera
 
         mission = load(self.mission)
         camera = load_camera(mission.rover.camera)

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rover.vision.calibration import Calibration, Freedom
-    from rover.vision.calibration_board import Board
-    from rover.vision.camera import CameraModel
+    from rover.vision.calibration.board import Board
+    from rover.vision.calibration.intrinsics import Calibration, Freedom
+    from rover.vision.camera.model import CameraModel
 
 HELP = """Calibrate a thermal or visible camera; docs/calibration.md says how to make and heat a board.
 
@@ -54,9 +54,9 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.vision.calibration import Freedom
-    from rover.vision.calibration_board import Board
-    from rover.vision.camera_file import load_camera
+    from rover.vision.calibration.board import Board
+    from rover.vision.calibration.intrinsics import Freedom
+    from rover.vision.camera.file import load_camera
 
     if sum(option is not None for option in (board, box, fov, ground)) != 1:
         raise BadInput(EXCLUSIVE)
@@ -92,8 +92,8 @@ def command(
 
 
 def _from_board(board: Board, files: list[Path], freedom: Freedom, name: str) -> tuple[CameraModel, dict[str, Any]]:
-    from rover.vision.calibration import calibrate
-    from rover.vision.calibration_board import find_board
+    from rover.vision.calibration.board import find_board
+    from rover.vision.calibration.intrinsics import calibrate
 
     size, views = _views(files, lambda picture: find_board(picture, board), "board")
     result = calibrate(board.points, [view for _, view in views], size, freedom, name)
@@ -103,7 +103,7 @@ def _from_board(board: Board, files: list[Path], freedom: Freedom, name: str) ->
 
 
 def _from_box(text: str, files: list[Path], name: str) -> tuple[CameraModel, dict[str, Any]]:
-    from rover.vision.calibration_box import calibrate_box, find_box
+    from rover.vision.calibration.box import calibrate_box, find_box
 
     width, height = _pair(text, "--box")
     size, views = _views(files, find_box, "box")
@@ -112,7 +112,7 @@ def _from_box(text: str, files: list[Path], name: str) -> tuple[CameraModel, dic
 
 
 def _from_fov(text: str, size: str | None, name: str) -> tuple[CameraModel, dict[str, Any]]:
-    from rover.vision.camera import CameraModel
+    from rover.vision.camera.model import CameraModel
 
     if size is None:
         raise BadInput("calibrate: --size WIDTHxHEIGHT is needed with --fov")
@@ -127,8 +127,8 @@ def _from_fov(text: str, size: str | None, name: str) -> tuple[CameraModel, dict
 def _mounted(camera: str | None, ground: Path) -> tuple[CameraModel, dict[str, Any]]:
     import numpy as np
 
-    from rover.vision.calibration_mount import MOUNT, mount_from_ground, read_points
-    from rover.vision.camera_file import load_camera
+    from rover.vision.calibration.mount import MOUNT, mount_from_ground, read_points
+    from rover.vision.camera.file import load_camera
 
     if camera is None:
         raise BadInput("calibrate: --camera, with known intrinsics, is needed with --ground")
@@ -149,8 +149,8 @@ def _mounted(camera: str | None, ground: Path) -> tuple[CameraModel, dict[str, A
 
 def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: Path, board: Board) -> dict[str, Any]:
     from rover.capture.picture import files_of, read_picture
-    from rover.vision.calibration_board import find_board
-    from rover.vision.calibration_pair import ground_homography, pair_from_board
+    from rover.vision.calibration.board import find_board
+    from rover.vision.calibration.pair import ground_homography, pair_from_board
 
     others = files_of(folder)
     if len(others) != len(files):
@@ -228,7 +228,7 @@ def _intrinsics(camera: CameraModel) -> dict[str, Any]:
 
 
 def _write(camera: CameraModel, found: dict[str, Any], out: Path | None) -> None:
-    from rover.vision.calibration_file import camera_toml, write_text_file
+    from rover.vision.calibration.file import camera_toml, write_text_file
 
     if out is None:
         return

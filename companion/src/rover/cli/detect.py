@@ -15,7 +15,7 @@ from rover.errors import BadInput
 
 if TYPE_CHECKING:
     from rover.detection.classifier import Classifier
-    from rover.vision.camera import CameraModel
+    from rover.vision.camera.model import CameraModel
 
 HELP = """Find what may be a mine in thermal pictures.
 
@@ -62,7 +62,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.vision.camera_file import load_camera
+    from rover.vision.camera.file import load_camera
 
     if metres_per_pixel is not None and camera is not None:
         raise BadInput("--metres-per-pixel and --camera: only one of them can tell the scale")
@@ -97,10 +97,11 @@ def examine(
 ) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     from rover.capture.picture import read_picture
-    from rover.detection import detect, picture_detect  # noqa: F401  detect: fetched before the clock runs
     from rover.detection.classifier import GROUND, MINES, PICTURES
-    from rover.detection.ground_image import rectifier_of
-    from rover.detection.picture_check import check_picture
+    from rover.detection.ground import detect  # noqa: F401  fetched before the clock runs
+    from rover.detection.ground.image import rectifier_of
+    from rover.detection.picture import detect as picture_detect
+    from rover.detection.picture.check import check_picture
 
     picture = read_picture(file)
     size = (camera.width, camera.height) if camera is not None else None
@@ -156,7 +157,7 @@ def in_grey(
     picture: Picture, metres_per_pixel: float | None, classifier: Classifier
 ) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a picture without kelvin, or without a scale."""
-    from rover.detection.picture_detect import detect_in_picture
+    from rover.detection.picture.detect import detect_in_picture
 
     values = picture.astype(np.float32)
     if picture.dtype == np.uint16:
@@ -172,8 +173,8 @@ def in_kelvin(
     picture: Picture, metres_per_pixel: float, classifier: Classifier
 ) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a radiometric picture taken from straight above."""
-    from rover.detection.detect import DetectSettings, detect
-    from rover.detection.ground_image import from_picture
+    from rover.detection.ground.detect import DetectSettings, detect
+    from rover.detection.ground.image import from_picture
 
     ground = from_picture(temperatures(picture), metres_per_pixel)
     across, down = picture.shape[1] / ground.kelvin.shape[1], picture.shape[0] / ground.kelvin.shape[0]
@@ -189,8 +190,8 @@ def in_view(
 ) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a frame of a mounted camera: found on the ground plane, told in the frame's own pixels."""
     from rover.capture.frame import Frame
-    from rover.detection.detect import DetectSettings, detect
-    from rover.detection.ground_image import rectifier_of
+    from rover.detection.ground.detect import DetectSettings, detect
+    from rover.detection.ground.image import rectifier_of
 
     ground = rectifier_of(camera).rectify(Frame(picture.astype(np.uint16), 0.0, 0))
     found = []

@@ -68,7 +68,7 @@ def command(
         any_order=any_order,
     )
     if plot is not None:
-        from rover.planning.picture import draw, save, tree_edges
+        from rover.planning.plot import draw, save, tree_edges
 
         one_tree = algorithm == "multi-goal"
         tree = tree_edges(field, begin, goals, robot_radius, seed) if one_tree else None

@@ -14,8 +14,8 @@ from rover.cli.output import write_json, write_text
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
-    from rover.vision.preprocess import PreprocessSettings
-    from rover.vision.registration import Registration
+    from rover.vision.registration.preprocess import PreprocessSettings
+    from rover.vision.registration.register import Registration
 
 HELP = """Register two thermal or visible pictures: a homography from A to B, or a refusal.
 
@@ -65,7 +65,7 @@ def command(
 ) -> int:
     """See HELP."""
     from rover.capture.picture import read_picture
-    from rover.vision.registration import PAPER_EPSILON, RegistrationSettings, register
+    from rover.vision.registration.register import PAPER_EPSILON, RegistrationSettings, register
 
     settings = RegistrationSettings(estimator=estimator.value)
     settings = replace(settings, preprocess=_switched(settings.preprocess, steps))

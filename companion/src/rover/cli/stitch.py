@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rover.vision.picture_graph import Placement
+    from rover.vision.mosaic.picture_graph import Placement
 
 HELP = """Stitch pictures of flat ground (or a wall) into one, 16 bits kept.
 
@@ -37,9 +37,9 @@ def command(
     """See HELP."""
     from rover.capture.picture import read_picture, write_picture
     from rover.cli.progress import progress
-    from rover.vision.camera_file import load_camera
-    from rover.vision.mosaic import stitch
-    from rover.vision.picture_graph import GraphSettings, place_pictures
+    from rover.vision.camera.file import load_camera
+    from rover.vision.mosaic.picture_graph import GraphSettings, place_pictures
+    from rover.vision.mosaic.stitch import stitch
 
     pictures = [read_picture(image) for image in images]
     for image, picture in zip(images, pictures, strict=True):

@@ -17,8 +17,8 @@ from rover.errors import BadInput
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rover.vision.camera import CameraModel
-    from rover.vision.camera_pose import CameraPose
+    from rover.vision.camera.model import CameraModel
+    from rover.vision.camera.pose import CameraPose
 
 
 HELP = """Track a camera through a folder of frames (8 or 16 bits, in the order of their names).
@@ -53,7 +53,7 @@ def command(
     """See HELP."""
     from rover.capture.picture import files_of, read_picture
     from rover.cli.progress import progress
-    from rover.vision.camera_file import load_camera
+    from rover.vision.camera.file import load_camera
 
     if known is not None and not ground_plane:
         raise BadInput(f"--map {known}: a run's map is one of flat ground: --ground-plane is needed with it")
@@ -76,7 +76,7 @@ def command(
 def _free(
     pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
 ) -> Sequence[CameraPose]:
-    from rover.vision.sequence import SequenceSettings, track_sequence
+    from rover.vision.tracking.sequence import SequenceSettings, track_sequence
 
     return track_sequence(pictures, camera, SequenceSettings(), advance)
 
@@ -85,8 +85,8 @@ def _over_ground(
     pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None], known: Path | None
 ) -> Sequence[CameraPose]:
     from rover.capture.frame import Frame
-    from rover.vision.ground_track import track_over_ground
-    from rover.vision.keyframe_map import load_map
+    from rover.vision.localization.keyframe_map import load_map
+    from rover.vision.tracking.ground_track import track_over_ground
 
     frames = [
         Frame(picture.astype(np.uint16), index * FRAME_PERIOD, index, kelvin_per_count=None)

@@ -165,7 +165,7 @@ def write_segments(path: Path, segments: Sequence[Segment]) -> None:
 
 def write_plot(path: Path, checked: CheckedTrajectory, points: list[list[float]]) -> None:
     """The trajectory as an SVG. Raises BadInput when there is nothing to draw or the file can't be written."""
-    from rover.motion.picture import svg
+    from rover.motion.plot import svg
 
     if not checked.trajectory.segments:
         raise BadInput(f"--plot {path}: the path leads nowhere, there is nothing to draw")

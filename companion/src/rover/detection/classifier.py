@@ -1,7 +1,7 @@
 """The classifiers: small neural networks (256 and 128 hidden units, paper section 3.2.1), run by onnxruntime.
 
 There are two, each in a file of its own, because a candidate is described in different terms: `ground` in kelvin and
-metres (`rover.detection.patch`), `pictures` without either (`rover.detection.picture_patch`).
+metres (`rover.detection.ground.patch`), `pictures` without either (`rover.detection.picture.patch`).
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from rover.detection import patch, picture_patch
+from rover.detection.ground import patch as ground_patch
+from rover.detection.picture import patch as picture_patch
 from rover.errors import BadInput
 
 CLASSES = ("obstacle", "surface", "buried", "background")
 MINES = ("surface", "buried")
 GROUND, PICTURES = "ground", "pictures"
 # Numbers per candidate that a network of each kind takes.
-LENGTHS = {GROUND: patch.LENGTH, PICTURES: picture_patch.LENGTH}
+LENGTHS = {GROUND: ground_patch.LENGTH, PICTURES: picture_patch.LENGTH}
 
 
 def default_model(kind: str = GROUND) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.detection.detect import Detection
+from rover.detection.ground.detect import Detection
 from rover.detection.place import Place
 from rover.geometry import Pose2
 

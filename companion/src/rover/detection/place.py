@@ -13,8 +13,8 @@ from rover.detection.classifier import CLASSES
 from rover.geometry import Pose2
 
 if TYPE_CHECKING:
-    from rover.detection.detect import Detection
     from rover.detection.fusion import EvidenceSettings
+    from rover.detection.ground.detect import Detection
 
 # Share of each class among candidates, as one look knows it beforehand.
 PRIOR = {"obstacle": 0.2, "surface": 0.1, "buried": 0.15, "background": 0.55}

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 # Ground farther ahead than this is too coarse in the picture to count as seen, metres.
 SEEN_RANGE = 1.10

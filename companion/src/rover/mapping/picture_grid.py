@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.mapping.camera_view import CameraView
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 HIT, FREE = 0.7, -0.6
 LIMITS = (-2.0, 2.4)

@@ -21,7 +21,7 @@ from rover.mapping.shadow import obstacle_cover
 from rover.mapping.sonar_cone import cone_update
 from rover.mapping.thermal_anomaly import anomalies
 from rover.vehicle import SonarMount
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 # Log-odds of one frame, their limits, and from where on a cell counts as occupied.
 THERMAL_HIT = 0.7
@@ -53,7 +53,7 @@ MOSAIC_MEMORY = 50
 
 
 class ClassifiedSpot(Protocol):
-    """What the map needs to know of a detection (`rover.detection.detect`): base_link, metres."""
+    """What the map needs to know of a detection (`rover.detection.ground.detect`): base_link, metres."""
 
     @property
     def x(self) -> float: ...

@@ -8,7 +8,7 @@ from rover.mission.former_run import FormerRun, go_on_from
 from rover.mission.perception import Perception
 from rover.mission.survey import Survey
 from rover.vehicle import Vehicle
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 
 def begin(

@@ -13,7 +13,7 @@ from rover.geometry import Pose2
 from rover.mission.table import Table
 from rover.toml_file import printable, read_toml
 from rover.vehicle import Vehicle
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
 SOILS = ("dry-sand", "loam", "clay", "moist-clay")

@@ -17,7 +17,7 @@ from rover.link.port import open_frames
 from rover.link.self_test import Finding
 from rover.mission.config import Mission
 from rover.mission.preflight import preflight
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 DEPTH = 4
 """Pictures kept while a cycle takes longer than they come: planning takes a tenth of a second now and then."""

@@ -1,6 +1,6 @@
 """What a run has learned of its field, kept in its folder, so that a next one goes on from there.
 
-`keyframes.npz` tells the next run where it is (`rover.vision.keyframe_map`), `survey.npz` what is known already: seen
+`keyframes.npz` tells the next run where it is (`rover.vision.localization.keyframe_map`), `survey.npz` what is known already: seen
 ground, obstacles, places with all their evidence, goals. Nothing is taken over but what lies in the same area.
 """
 
@@ -19,9 +19,9 @@ from rover.detection.place import Place
 from rover.errors import BadInput
 from rover.mission.config import Mission
 from rover.mission.goals import Goal
-from rover.vision.camera import CameraModel
-from rover.vision.keyframe_map import FILE_NAME as KEYFRAMES
-from rover.vision.keyframe_map import KeyframeMap, load_map, save_map
+from rover.vision.camera.model import CameraModel
+from rover.vision.localization.keyframe_map import FILE_NAME as KEYFRAMES
+from rover.vision.localization.keyframe_map import KeyframeMap, load_map, save_map
 
 if TYPE_CHECKING:
     from rover.mission.survey import Survey

@@ -18,8 +18,8 @@ from rover.mission.former_run import FILES as FORMER_FILES
 from rover.mission.former_run import FormerRun, load_run
 from rover.record.recording import Recording
 from rover.toml_file import read_toml
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import camera_file
+from rover.vision.camera.file import camera_file
+from rover.vision.camera.model import CameraModel
 
 MISSION_FILE = "mission.toml"
 CAMERA_FILE = "camera.toml"

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.detection.classifier import Classifier
-from rover.detection.detect import DetectSettings, detect
 from rover.detection.fusion import Evidence, EvidenceSettings, Place
-from rover.detection.ground_image import GroundRectifier
+from rover.detection.ground.detect import DetectSettings, detect
+from rover.detection.ground.image import GroundRectifier
 from rover.geometry import Pose2
 from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
 from rover.mapping.survey_grid import SurveyGrid
@@ -21,9 +21,9 @@ from rover.mission.freespace import WHEEL_REACH
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
 from rover.vehicle import Vehicle
-from rover.vision.camera import CameraModel
-from rover.vision.keyframe_map import KeyframeMap
-from rover.vision.localizer import Fix, Localizer
+from rover.vision.camera.model import CameraModel
+from rover.vision.localization.keyframe_map import KeyframeMap
+from rover.vision.localization.localizer import Fix, Localizer
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))

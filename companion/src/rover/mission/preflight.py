@@ -21,7 +21,7 @@ from rover.link.inquiry import Told, listen
 from rover.link.self_test import Finding, self_test
 from rover.link.session import Link
 from rover.mission.config import Mission
-from rover.vision.camera import CameraModel
+from rover.vision.camera.model import CameraModel
 
 READY = ("Boot", "Disarmed", "Latched")
 TAKEN_BACK = ("DeadMan", "SonarGuard", "Stall", "Underrun", "Watchdog", "SchemaMismatch")

@@ -38,8 +38,8 @@ from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
 from rover.report.result import Identities, RealTime, RunResult, WallClock
 from rover.report.write import write_run
-from rover.vision.camera import CameraModel
-from rover.vision.camera_file import load_camera
+from rover.vision.camera.file import load_camera
+from rover.vision.camera.model import CameraModel
 
 SIMULATED = ("sitl", "emulator")
 """Rigs that bring their own world, camera and port."""

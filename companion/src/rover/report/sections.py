@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rover.report.map_picture import png_bytes, thumbnail
+from rover.report.map_plot import png_bytes, thumbnail
 from rover.report.markup import NOTHING, Html, bullets, join, paragraph, picture, section, table, tag, text
 from rover.report.result import DetectionResult, GoalResult, RunResult
 

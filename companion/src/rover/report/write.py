@@ -8,7 +8,7 @@ from pathlib import Path
 from rover.record.strict_json import document
 from rover.report.geojson import write_geojson
 from rover.report.html import report_html
-from rover.report.map_picture import draw_map, png_bytes
+from rover.report.map_plot import draw_map, png_bytes
 from rover.report.result import RunResult
 
 

@@ -1,0 +1,1 @@
+"""Frames laid on the ground, in kelvin and metres: candidates and their descriptions."""

@@ -1,0 +1,1 @@
+"""Pictures that know neither kelvin nor metres: candidates and their descriptions."""

@@ -1,0 +1,82 @@
+"""One picture without kelvin to detections: spots of every size, what the classifier says, one box for each thing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.detection.classifier import MINES, Classifier
+from rover.detection.picture.candidates import find_spots, first_of_each
+from rover.detection.picture.maps import picture_maps
+from rover.detection.picture.patch import MIRRORED, describe_spots
+
+# Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
+SAME = 0.5
+MOST = 25
+# What is a mine with less probability than this is not looked at in its mirror images too.
+LEAST_LIKELY = 0.02
+
+
+@dataclass(frozen=True)
+class PictureDetection:
+    """x, y: centre, extent: diameter, pixels of the picture. p: probability of every class."""
+
+    x: float
+    y: float
+    extent: float
+    p: dict[str, float]
+
+    @property
+    def mine_probability(self) -> float:
+        """Probability of a mine of either kind."""
+        return sum(self.p[name] for name in MINES)
+
+
+def detect_in_picture(
+    grey: NDArray[np.float32], classifier: Classifier, metres_per_pixel: float | None = None
+) -> list[PictureDetection]:
+    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MOST."""
+    maps = picture_maps(grey)
+    spots = find_spots(maps, metres_per_pixel)
+    if not len(spots):
+        return []
+    p = judge(describe_spots(maps, spots), classifier)
+    mine = _mine(p, classifier)
+    return [
+        PictureDetection(*spots[i].tolist(), dict(zip(classifier.classes, p[i].tolist(), strict=True)))
+        for i in thin(spots, mine, MOST)
+    ]
+
+
+@lru_cache(maxsize=1)
+def prepare(classifier: Classifier) -> None:
+    """Does once what libraries do slowly the first time, on a picture of noise."""
+    noise = np.random.default_rng(0).integers(0, 255, (240, 320))
+    detect_in_picture(noise.astype(np.float32), classifier)
+
+
+def judge(vectors: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
+    """Probabilities (N, classes) of vectors (N, LENGTH): means over the mirror images where a mine is not out of the
+    question."""
+    p = classifier.predict(vectors)
+    likely = np.flatnonzero(_mine(p, classifier) >= LEAST_LIKELY)
+    images = vectors[likely][:, MIRRORED[1:]]
+    others = classifier.predict(images.reshape(-1, vectors.shape[1])).reshape(*images.shape[:2], p.shape[1])
+    p[likely] = (p[likely] + others.sum(axis=1)) / np.float32(len(MIRRORED))
+    return p
+
+
+def _mine(p: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
+    return p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
+
+
+def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> list[int]:
+    """Indices of the spots that stay, highest score first: none within another's place."""
+    order = np.argsort(-score, kind="stable")
+    x, y, extent = spots[order].T
+    apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
+    same = apart <= SAME * np.maximum(extent[:, None], extent)
+    return order[first_of_each(same, most)].tolist()

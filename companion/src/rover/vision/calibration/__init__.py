@@ -1,0 +1,1 @@
+"""A camera's intrinsics, its mount on the rover, and a pair of cameras."""

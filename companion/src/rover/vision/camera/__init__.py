@@ -1,0 +1,1 @@
+"""Pinhole cameras: the model, its file, its pose."""

@@ -1,0 +1,158 @@
+"""The estimator: an extended Kalman filter over the rover, its wheels' slip, and the pose of every keyframe.
+
+State: x, y, heading (map), two numbers of how the rover moves, then x, y, heading of each keyframe. With wheels the two
+are the slip of the left and the right one (share of the reported travel that is not real); without, they are speed
+and turn rate. Keyframes are clones of the pose that the rover had, with all correlations, so
+that a fix against a keyframe counts for what it is, a relative measurement, however often the keyframe is seen; a
+return to an old keyframe also mends the newer ones. (Stochastic cloning: Roumeliotis and Burdick, ICRA 2002.)
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.geometry import Pose2, wrap_angle
+from rover.vision.localization.motion_model import ROBOT
+
+Array = NDArray[np.float64]
+
+POSE = 3
+
+
+class PoseFilter:
+    """Mean and covariance of robot and keyframes at one moment. Angles of the mean are not wrapped."""
+
+    def __init__(
+        self, start: Pose2, start_sigma: tuple[float, float, float], motion_sigma: tuple[float, float]
+    ) -> None:
+        self.mean: Array = np.array([start.x, start.y, start.heading, 0.0, 0.0])
+        self.covariance: Array = np.diag(np.square([*start_sigma, *motion_sigma]))
+
+    @property
+    def keyframes(self) -> int:
+        """Number of keyframes in the state."""
+        return (len(self.mean) - ROBOT) // POSE
+
+    @property
+    def pose(self) -> Pose2:
+        """The rover's pose in the map."""
+        x, y, heading = self.mean[:3].tolist()
+        return Pose2(x, y, wrap_angle(heading))
+
+    @property
+    def robot_covariance(self) -> Array:
+        """(5, 5): x, y, heading, slips."""
+        return self.covariance[:ROBOT, :ROBOT].copy()
+
+    def keyframe_pose(self, index: int) -> Pose2:
+        """The present estimate of a keyframe's pose in the map."""
+        at = ROBOT + POSE * index
+        x, y, heading = self.mean[at : at + POSE].tolist()
+        return Pose2(x, y, wrap_angle(heading))
+
+    def keyframe_poses(self) -> Array:
+        """All keyframes, (K, 3)."""
+        return self.mean[ROBOT:].reshape(-1, POSE)
+
+    @property
+    def keyframe_covariance(self) -> Array:
+        """Of all keyframes' x, y, heading, (3K, 3K)."""
+        return self.covariance[ROBOT:, ROBOT:].copy()
+
+    def propagate(self, robot: Array, jacobian: Array, added: Array) -> None:
+        """The robot moves to `robot` (5,); `jacobian` and `added` (5, 5) as composed over all steps in between."""
+        self.mean[:ROBOT] = robot
+        p = self.covariance
+        p[:ROBOT, :ROBOT] = jacobian @ p[:ROBOT, :ROBOT] @ jacobian.T + added
+        cross = jacobian @ p[:ROBOT, ROBOT:]
+        p[:ROBOT, ROBOT:] = cross
+        p[ROBOT:, :ROBOT] = cross.T
+
+    def add_keyframe(self, blur: Array) -> int:
+        """Clones the robot's pose as a keyframe; returns its index.
+
+        blur: (3, 3), how far the keyframe's own features may be off as a whole: without it the noise of the one
+        picture would be taken for new at each fix against it.
+        """
+        size = len(self.mean)
+        pick = np.vstack((np.eye(size), np.eye(POSE, size)))
+        self.mean = pick @ self.mean
+        self.covariance = pick @ self.covariance @ pick.T
+        self.covariance[size:, size:] += blur
+        return (size - ROBOT) // POSE
+
+    def add_known(self, poses: Array, covariance: Array) -> None:
+        """Adds keyframes (K, 3) of another run with their covariance (3K, 3K): nothing of the rover's own pose."""
+        size, more = len(self.mean), poses.size
+        grown = np.zeros((size + more, size + more))
+        grown[:size, :size] = self.covariance
+        grown[size:, size:] = covariance
+        self.mean, self.covariance = np.concatenate((self.mean, poses.ravel())), grown
+
+    def drop_keyframe(self, index: int) -> None:
+        """Forgets a keyframe; those after it move up by one."""
+        at = ROBOT + POSE * index
+        keep = np.r_[0:at, at + POSE : len(self.mean)]
+        self.mean = self.mean[keep]
+        self.covariance = self.covariance[np.ix_(keep, keep)]
+
+    def expected_fix(self, index: int) -> tuple[Pose2, Array, Array]:
+        """The rover's pose in the frame of a keyframe: mean, covariance (3, 3), Jacobian (3, size of the state)."""
+        at = ROBOT + POSE * index
+        key = self.keyframe_pose(index)
+        relative = self.pose.relative_to(key)
+        c, s = math.cos(key.heading), math.sin(key.heading)
+        jacobian = np.zeros((POSE, len(self.mean)))
+        jacobian[:, :3] = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
+        jacobian[:, at : at + POSE] = [[-c, -s, relative.y], [s, -c, -relative.x], [0.0, 0.0, -1.0]]
+        return relative, jacobian @ self.covariance @ jacobian.T, jacobian
+
+    def innovation(self, index: int, fix: Pose2, noise: Array) -> tuple[Array, float]:
+        """Fix minus expectation (3,), and its squared Mahalanobis length (chi-square, three degrees)."""
+        relative, expected, _ = self.expected_fix(index)
+        difference = _difference(fix, relative)
+        return difference, float(difference @ np.linalg.solve(expected + noise, difference))
+
+    def update(self, index: int, fix: Pose2, noise: Array, gate: float = math.inf) -> bool:
+        """Takes a fix in: the rover was seen at `fix` in the keyframe's frame, with covariance `noise` (3, 3).
+
+        False, and nothing is changed, where the squared Mahalanobis length of the innovation exceeds `gate`.
+        """
+        relative, expected, jacobian = self.expected_fix(index)
+        difference = _difference(fix, relative)
+        by_jacobian = jacobian @ self.covariance
+        solved = np.linalg.solve(expected + noise, np.column_stack((difference, by_jacobian)))
+        if float(difference @ solved[:, 0]) > gate:
+            return False
+        gain = solved[:, 1:].T
+        self.mean = self.mean + gain @ difference
+        self.covariance -= gain @ by_jacobian
+        self.covariance = 0.5 * (self.covariance + self.covariance.T)
+        return True
+
+    def doubt(self, sigma: tuple[float, float, float]) -> None:
+        """Grows the covariance of x, y (m) and heading (rad): a frame has contradicted what is believed."""
+        self.covariance[:POSE, :POSE] += np.diag(np.square(sigma))
+
+    def stop(self, sigma: tuple[float, float]) -> None:
+        """Forgets how the rover moves: both numbers 0, of these standard deviations."""
+        self.mean[POSE:ROBOT] = 0.0
+        self.covariance[POSE:ROBOT, :] = 0.0
+        self.covariance[:, POSE:ROBOT] = 0.0
+        self.covariance[POSE:ROBOT, POSE:ROBOT] = np.diag(np.square(sigma))
+
+    def relocate(self, index: int, fix: Pose2, noise: Array) -> None:
+        """Places the rover by a fix alone: what was believed about its pose is dropped, all else stays."""
+        placed = self.keyframe_pose(index).compose(fix)
+        self.mean[:3] = (placed.x, placed.y, placed.heading)
+        self.covariance[:3, :] = 0.0
+        self.covariance[:, :3] = 0.0
+        self.covariance[:3, :3] = np.diag((1e2, 1e2, 1e1))
+        self.update(index, fix, noise)
+
+
+def _difference(fix: Pose2, expected: Pose2) -> Array:
+    return np.array([fix.x - expected.x, fix.y - expected.y, wrap_angle(fix.heading - expected.heading)])

@@ -1,0 +1,1 @@
+"""A folder of frames to camera poses, with and without a ground plane."""

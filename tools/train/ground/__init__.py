@@ -1,0 +1,1 @@
+"""Trains the network for candidates in kelvin and metres, from synthetic fields."""

@@ -69,8 +69,9 @@ without contrast count as missed.
 
 ### Limits
 
-Ground rougher than 0.12 K at the narrowest scale is toned down to that before it is judged (`rover.detection.ground.detect`):
-the simulated soil is smoother than real ground, where false indications are many more.
+Ground rougher than 0.12 K at the narrowest scale is toned down to that before it is judged
+(`rover.detection.ground.detect`): the simulated soil is smoother than real ground, where false
+indications are many more.
 Trained on simulated heat, one camera geometry (0.75 m mast, 52 degrees down) and two kinds of obstacles. Around the
 two daily zero crossings mines have no contrast and cannot be seen. An indication is a reason to look closer, and the
 absence of one is no statement about the ground."""

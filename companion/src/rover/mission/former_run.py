@@ -1,7 +1,8 @@
 """What a run has learned of its field, kept in its folder, so that a next one goes on from there.
 
-`keyframes.npz` tells the next run where it is (`rover.vision.localization.keyframe_map`), `survey.npz` what is known already: seen
-ground, obstacles, places with all their evidence, goals. Nothing is taken over but what lies in the same area.
+`keyframes.npz` tells the next run where it is (`rover.vision.localization.keyframe_map`), `survey.npz` what is known
+already: seen ground, obstacles, places with all their evidence, goals. Nothing is taken over but what lies in the same
+area.
 """
 
 from __future__ import annotations

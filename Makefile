@@ -2,7 +2,7 @@
 # make demo      a whole mission on the simulated rig; DATA=<dir> lays its ground with real pictures
 # make test      every test there is; make lint, make firmware, make bench beside it
 # make train     the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
-# make evaluate  docs/detection.md anew: every table about the detector (DATA=<dir> for those of real pictures)
+# make evaluate  docs/results/detection.md anew: every table about the detector (DATA=<dir> for those of real pictures)
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
 

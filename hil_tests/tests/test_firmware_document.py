@@ -1,4 +1,4 @@
-"""docs/firmware.md has the supervisor's table as the source has it."""
+"""docs/reference/firmware.md has the supervisor's table as the source has it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def table_of_source() -> dict[str, list[str]]:
 
 
 def table_of_document() -> dict[str, list[str]]:
-    text = (REPOSITORY / "docs/firmware.md").read_text(encoding="utf-8")
+    text = (REPOSITORY / "docs/reference/firmware.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\w+) \| (.+) \|$", text[text.index("| event | Boot") : text.index("This table")], re.M)
     return {event: cells.split(" | ") for event, cells in rows}
 

@@ -1,4 +1,4 @@
-"""docs/hardware.md wires what the firmware's pins.rs says, pin by pin."""
+"""docs/guide/hardware.md wires what the firmware's pins.rs says, pin by pin."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def wired() -> dict[int, str]:
 
 def documented() -> dict[int, str]:
     """Pin number to signal from the wiring table."""
-    text = (REPOSITORY / "docs/hardware.md").read_text(encoding="utf-8")
+    text = (REPOSITORY / "docs/guide/hardware.md").read_text(encoding="utf-8")
     return {int(pin): signal for pin, signal in re.findall(r"^\| GP(\d+) \| (\S+) \|", text, re.MULTILINE)}
 
 
@@ -45,7 +45,7 @@ def test_the_wiring_table_is_pins_rs() -> None:
 
 def test_the_dividers_are_those_that_the_firmware_counts_with() -> None:
     source = (REPOSITORY / "firmware/pico/src/pins.rs").read_text(encoding="utf-8")
-    text = (REPOSITORY / "docs/hardware.md").read_text(encoding="utf-8")
+    text = (REPOSITORY / "docs/guide/hardware.md").read_text(encoding="utf-8")
     divider = re.search(r"BATTERY_DIVIDER: u32 = (\d+);", source)
     above, below = re.search(r"(\d+) kΩ from the battery's plus to GP26, (\d+) kΩ", text).groups()
     assert (int(above) + int(below)) / int(below) == pytest.approx(int(divider.group(1)))

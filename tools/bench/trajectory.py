@@ -1,6 +1,6 @@
 """Random paths to segments: are the limits and the cleared ground kept, and what does it cost beside toppra?
 
-    python -m tools.bench trajectory                          # 1,000 paths, the tables of docs/motion.md
+    python -m tools.bench trajectory                          # 1,000 paths, the tables of docs/results/motion.md
     python -m tools.bench trajectory --paths 50 --json
 
 Half of the paths lie in the open, where a corner may be cut by up to 2 to 20 cm; the other half are planned between

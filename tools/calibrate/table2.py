@@ -57,7 +57,7 @@ def best_plane(matrix: Array, rotation: Array, swapped: bool) -> float:
 
 
 def main() -> None:
-    """Prints every figure of docs/calibration.md on the paper."""
+    """Prints every figure of docs/results/calibration.md."""
     fx, fy = focal_from_fov(WIDTH, FOV[0]), focal_from_fov(HEIGHT, FOV[1])
     print(f"equations 9 and 10: fx = {fx:.2f}, fy = {fy:.2f} px, K = [[{fx:.2f} 0 159.5] [0 {fy:.2f} 119.5] [0 0 1]]")
     print(f"a focal length of {PRINTED_FOCAL} px would mean an angle of view of "

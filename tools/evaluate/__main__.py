@@ -1,4 +1,4 @@
-"""`python -m tools.evaluate [--data DIR]`: every table of docs/detection.md, made anew.
+"""`python -m tools.evaluate [--data DIR]`: every table of docs/results/detection.md, made anew.
 
 Without --data the part about real pictures is left out. With it, sixteen networks and their rivals are trained.
 """
@@ -54,7 +54,7 @@ def _evaluate() -> None:
     parser.add_argument("--ground", type=Path, default=Path(default_model(GROUND)), help="a model file")
     parser.add_argument("--picture-model", type=Path, default=Path(default_model(PICTURES)), help="a model file")
     parser.add_argument("--pictures", type=Path, default=Path("runs/evaluation"), help="where real pictures are shown")
-    parser.add_argument("--out", type=Path, default=Path("docs/detection.md"))
+    parser.add_argument("--out", type=Path, default=Path("docs/results/detection.md"))
     options = parser.parse_args()
     warnings.simplefilter("ignore", ConvergenceWarning)
     if not options.out.parent.is_dir():
@@ -86,7 +86,7 @@ def _head(ground: Classifier, pictures: Classifier, options: argparse.Namespace)
 Made by `python -m tools.evaluate --seed {options.seed} --drives {options.drives}{more}`
 (`make evaluate`) with OpenCV {cv2.__version__} and the networks `{ground.sha256[:12]}…` for ground and
 `{pictures.sha256[:12]}…` for pictures. How they were trained stands in
-[their card](../companion/models/README.md). Pictures of the worst misses and false alarms are written to
+[their card](../../companion/models/README.md). Pictures of the worst misses and false alarms are written to
 `{options.pictures.as_posix()}`; they show data that is not part of this repository.
 
 A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. A thermal and an occupancy patch

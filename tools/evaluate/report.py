@@ -1,4 +1,4 @@
-"""docs/detection.md: every table, the sentences around them, and what may not be concluded."""
+"""docs/results/detection.md: every table, the sentences around them, and what may not be concluded."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Paths as a mission plans them, on its own map of the ground: rounding is quicker than turning on the spot.
 
-python tests/motion/test_follow_planned.py 100      # the comparison of docs/motion.md, over so many fields
+python tests/motion/test_follow_planned.py 100      # the comparison of docs/results/motion.md, over so many fields
 """
 
 from __future__ import annotations

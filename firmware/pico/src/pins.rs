@@ -1,4 +1,4 @@
-//! What is wired to which pin of a Raspberry Pi Pico. docs/hardware.md mirrors this file.
+//! What is wired to which pin of a Raspberry Pi Pico. docs/guide/hardware.md mirrors this file.
 //!
 //! GP11 is free.
 

@@ -14,7 +14,7 @@ from rover_hil.rig import Mark
 from rover_hil.sitl import EmulatorRig, SitlRig
 
 WATCHDOG_US = 114_000
-"""Control loop dead to reset by the watchdog, as docs/firmware.md has measured it on the RP2040."""
+"""Control loop dead to reset by the watchdog, as docs/results/firmware.md has measured it on the RP2040."""
 
 TICK_US = 1000
 WATCHDOG, BROWN_OUT = "watchdog", "brown-out"

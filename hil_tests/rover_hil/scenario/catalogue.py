@@ -131,7 +131,7 @@ FAULTS: dict[str, Fault] = {
     "parameter-set": Fault(
         "ParameterSet comes",
         {
-            "identifier": Number("number of the parameter, see docs/protocol.md", 0, 65535, whole=True),
+            "identifier": Number("number of the parameter, see docs/reference/protocol.md", 0, 65535, whole=True),
             "value": Number("in its own unit", -(2**31), 2**31 - 1, whole=True),
         },
         ALL_RIGS,

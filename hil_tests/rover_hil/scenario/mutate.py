@@ -202,7 +202,7 @@ def _write(path: Path, content: str) -> None:
 
 
 def markdown(found: dict[str, list[str]]) -> str:
-    """The table of docs/hil.md."""
+    """The table of docs/results/scenarios.md."""
     rows = [f"| {guard} | {', '.join(names) or '**none**'} |" for guard, names in found.items()]
     return "\n".join(["| guard taken out | scenarios that fail |", "|---|---|", *rows]) + "\n"
 

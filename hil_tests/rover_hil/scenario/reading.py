@@ -257,7 +257,7 @@ def _parameters(table: Table) -> dict[str, int]:
     values = {key: table.whole(key, -(2**31), 2**31 - 1) for key in table.names()}
     for key in values:
         if not key.isdigit() or not 0 < int(key) < 65_535:
-            raise table.error(key, "must be the number of a parameter, see docs/protocol.md")
+            raise table.error(key, "must be the number of a parameter, see docs/reference/protocol.md")
     return values
 
 

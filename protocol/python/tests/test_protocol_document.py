@@ -1,4 +1,4 @@
-"""docs/protocol.md against what it describes: the DBC, the vectors, the codec and the firmware's own tables."""
+"""docs/reference/protocol.md against what it describes: the DBC, the vectors, the codec and the firmware's own tables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from rover_protocol import framing, messages
 
 REPOSITORY = golden.PROTOCOL.parent
-DOCUMENT = (REPOSITORY / "docs/protocol.md").read_text(encoding="utf-8")
+DOCUMENT = (REPOSITORY / "docs/reference/protocol.md").read_text(encoding="utf-8")
 CORE = REPOSITORY / "firmware/core/src"
 
 

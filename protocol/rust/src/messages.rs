@@ -996,7 +996,7 @@ impl Message for ParameterGet {
 pub struct ParameterSet {
     /// Identifier.
     pub identifier: u16,
-    /// In the parameter's own unit, see docs/protocol.md.
+    /// In the parameter's own unit, see docs/reference/protocol.md.
     pub value: i32,
 }
 

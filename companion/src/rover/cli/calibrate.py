@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rover.vision.calibration.intrinsics import Calibration, Freedom
     from rover.vision.camera.model import CameraModel
 
-HELP = """Calibrate a thermal or visible camera; docs/calibration.md says how to make and heat a board.
+HELP = """Calibrate a thermal or visible camera; docs/guide/calibrating.md says how to make and heat a board.
 
 \b
 Examples:

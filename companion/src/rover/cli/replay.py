@@ -25,7 +25,7 @@ With --rig emulator the log of a sitl run goes through the flashed ELF on the em
 tells who the firmware is may differ. With --rig device a board on --port gets the recorded wheels, sonars and
 commands in its test mode, in real time.
 
-With --import a folder of frames and CSV files becomes a LOG (see docs/hil.md); it goes through the estimators.
+With --import a folder of frames and CSV files becomes a LOG (see docs/reference/replay.md); it goes through the estimators.
 
 While it runs at a rate, the space bar or SIGUSR1 pauses it and lets it go on.
 

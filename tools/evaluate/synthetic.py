@@ -1,4 +1,4 @@
-"""The part of docs/results/detection.md about synthetic fields: single looks, what limits them, and fields driven over."""
+"""The part of docs/results/detection.md about synthetic fields: single looks, their limits, and whole drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/reference/protocol.md against what it describes: the DBC, the vectors, the codec and the firmware's own tables."""
+"""docs/reference/protocol.md agrees with the DBC, the vectors, the codec and the firmware's own tables."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--pairs", type=int, default=550, help="unrelated pairs")
     parser.add_argument("--sheets", type=Path, metavar="DIR", help="pairs: pictures of what was registered, to look at")
-    parser.add_argument("--picture", type=Path, help="write the picture of docs/reference/vision.md there, nothing else")
+    parser.add_argument("--picture", type=Path, help="write the plot of docs/reference/vision.md there, nothing else")
     options = parser.parse_args(arguments)
     wanted = options.only or list(SIMULATED + REAL)
     cv2.setNumThreads(1)

@@ -1,4 +1,4 @@
-"""The picture in docs/reference/vision.md: a frame, the same on the ground with its matches, and three estimates of one drive."""
+"""The plot in docs/reference/vision.md: a frame, its matches on the ground, and three estimates of one drive."""
 
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on d
 smooth discs laid on the ground as casings, which count little), with OpenCV {cv2.__version__}. A first network shows
 which ground is taken for mines; that is learned from too. A second one and gradient boosting say what they make of all
 of it; the network that ships learns half from the labels, half from the mean of what the two say, and of some
-candidates without a label from that alone. All zones are learned from; docs/results/detection.md tells what networks say of
-zones and sessions that they never saw.
+candidates without a label from that alone. All zones are learned from; docs/results/detection.md tells what
+networks say of zones and sessions that they never saw.
 
 ### Calibration and threshold
 

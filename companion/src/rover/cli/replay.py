@@ -25,7 +25,8 @@ With --rig emulator the log of a sitl run goes through the flashed ELF on the em
 tells who the firmware is may differ. With --rig device a board on --port gets the recorded wheels, sonars and
 commands in its test mode, in real time.
 
-With --import a folder of frames and CSV files becomes a LOG (see docs/reference/replay.md); it goes through the estimators.
+With --import a folder of frames and CSV files becomes a LOG that goes through the estimators, see
+docs/reference/replay.md.
 
 While it runs at a rate, the space bar or SIGUSR1 pauses it and lets it go on.
 

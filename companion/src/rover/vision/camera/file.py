@@ -10,7 +10,7 @@ from rover.errors import BadInput
 from rover.toml_file import read_toml
 from rover.vision.camera.model import CameraModel
 
-BUILT_IN = Path(__file__).resolve().parent.parent / "cameras"
+BUILT_IN = Path(__file__).resolve().parents[2] / "cameras"
 
 TOP_KEYS = ("name", "width", "height", "intrinsics", "mount")
 FOV_KEYS = ("hfov_deg", "vfov_deg")

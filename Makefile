@@ -60,6 +60,7 @@ lint: setup-dev
 	$(BIN)/ruff check .
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --quiet --workspace --all-targets -- -D warnings
+	firmware/lint.sh
 
 firmware: $(BIN)/python
 	PYTHON=$(CURDIR)/$(BIN)/python firmware/build.sh

@@ -1,4 +1,6 @@
-# Sourced by build.sh and no_panic.sh: `thumb_build FOLDER [CARGO OPTIONS]` builds a crate for $target in release.
+# shellcheck shell=sh
+# Sourced by build.sh, no_panic.sh and lint.sh: `thumb_build FOLDER [CARGO OPTIONS]` builds a crate for $target in
+# release, `thumb_lint FOLDER [CARGO OPTIONS]` checks it and takes every warning for an error.
 #
 # Takes the first toolchain that works: rustup's with the target installed, rustup's after installing the target, or
 # Debian's rustc-web and cargo-web, which build the core library themselves from rust-web-src.
@@ -42,17 +44,41 @@ find_toolchain() {
     fi
 }
 
-thumb_build() {
+# thumb_cargo FOLDER SUBCOMMAND [CARGO OPTIONS]
+thumb_cargo() {
     crate=$1
-    shift
+    subcommand=$2
+    shift 2
     find_toolchain || return 1
     if [ "$toolchain" = rustup ]; then
-        (cd "$crate" && cargo build --release --locked --target "$target" "$@")
+        (cd "$crate" && cargo "$subcommand" --release --locked --target "$target" "$@")
     else
         variable=CARGO_TARGET_$(echo "$target" | tr 'a-z.-' 'A-Z__')_LINKER
         (
             export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 "$variable=$linker"
-            cd "$crate" && /usr/bin/cargo build --release --locked -Zbuild-std=core --target "$target" "$@"
+            cd "$crate" && /usr/bin/cargo "$subcommand" --release --locked -Zbuild-std=core --target "$target" "$@"
+        )
+    fi
+}
+
+thumb_build() {
+    crate=$1
+    shift
+    thumb_cargo "$crate" build "$@"
+}
+
+thumb_lint() {
+    crate=$1
+    shift
+    find_toolchain || return 1
+    if [ "$toolchain" = rustup ] && command -v cargo-clippy >/dev/null; then
+        thumb_cargo "$crate" clippy --quiet "$@" -- -D warnings
+    else
+        # Debian's rustc-web comes without clippy: the compiler's own warnings are what is left.
+        echo "lint: no clippy for $target: $crate is checked by the compiler alone" >&2
+        (
+            export RUSTFLAGS="-D warnings"
+            thumb_cargo "$crate" check --quiet "$@"
         )
     fi
 }

@@ -56,7 +56,7 @@ impl Battery {
             self.sum += u32::from(sample.val());
             self.count += 1;
         }
-        if now.as_micros() % VALUE_US == 0 && self.count > 0 {
+        if now.as_micros().is_multiple_of(VALUE_US) && self.count > 0 {
             self.millivolts = millivolts(self.sum, self.count);
             self.sum = 0;
             self.count = 0;

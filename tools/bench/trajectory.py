@@ -1,4 +1,4 @@
-"""Random paths to segments: are the limits and the cleared ground kept, and what does it cost beside toppra?
+"""Random paths to segments: are the limits and the clearance kept, and what does it cost beside toppra?
 
     python -m tools.bench trajectory                          # 1,000 paths, the tables of docs/results/motion.md
     python -m tools.bench trajectory --paths 50 --json
@@ -23,13 +23,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from rover.geometry import wrap_angle
-from rover.motion import corner
-from rover.motion.blend import BlendSettings, Stretch
-from rover.motion.checked import CheckedTrajectory, plan_checked
-from rover.motion.clearance import Ground
-from rover.motion.driving import DrivingLimits
-from rover.motion.extrema import ROUNDING
+from rover.motion.path import corner
+from rover.motion.path.blend import BlendSettings, Stretch
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
 from rover.motion.segment import State, advance, after
+from rover.motion.trajectory.checked import CheckedTrajectory, plan_checked
+from rover.motion.trajectory.extrema import ROUNDING_M
 from rover.planning.fields import CircleField
 from rover.planning.planner import plan
 from rover.vehicle import Vehicle
@@ -192,17 +192,17 @@ def measure(seed: int, limits: DrivingLimits) -> Outcome:
     field = None
     if seed % 2:
         path, field = planned_path(rng, seed)
-        ground, settings = Ground.of(field, ROBOT_RADIUS), BlendSettings(most_cut=0.3)
+        clearance, settings = ClearanceMap.of(field, ROBOT_RADIUS), BlendSettings(max_cut=0.3)
     else:
-        path, ground = open_path(rng), None
-        settings = BlendSettings(most_cut=float(rng.uniform(0.02, 0.2)))
+        path, clearance = open_path(rng), None
+        settings = BlendSettings(max_cut=float(rng.uniform(0.02, 0.2)))
     begun = time.perf_counter()
-    checked = plan_checked(path, limits, settings, ground)
+    checked = plan_checked(path, limits, settings, clearance)
     planning_ms = 1e3 * (time.perf_counter() - begun)
     broken = broken_limits(checked, limits)
     gap = closest(checked, field) if field is not None else math.nan
-    if gap < -ROUNDING:
-        broken.append("cleared ground")
+    if gap < -ROUNDING_M:
+        broken.append("clearance")
     if checked.trajectory.failure:
         broken.append("profile")
     driving, turning = toppra_times(checked.stretches, limits)
@@ -313,7 +313,7 @@ def _spread(values: Array) -> dict[str, float]:
 def tables(outcomes: list[Outcome], timing: tuple[float, float, int]) -> str:
     """Markdown."""
     lines = [
-        "| paths | | limits or ground not kept | least clearance | corners rounded | turned on the spot "
+        "| paths | | limits or clearance not kept | least clearance | corners rounded | turned on the spot "
         "| time / toppra: median, p95, most | driving alone: median, p95, most | planning, ms: median, p95 |",
         "|---|---|---|---|---|---|---|---|---|",
     ]

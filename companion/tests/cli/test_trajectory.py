@@ -6,6 +6,7 @@ import json
 import math
 from xml.etree import ElementTree
 
+import cv2
 import pytest
 from rover.cli.main import invoke
 
@@ -100,13 +101,25 @@ def test_a_path_to_where_the_rover_stands_is_no_motion(tmp_path, capsys):
     assert math.isclose(result["max_deviation_m"], 0.0)
 
 
-def test_a_picture_shows_the_way_and_its_profiles(tmp_path, capsys):
+def test_the_svg_plot_has_a_title_a_legend_axes_with_units_and_the_curves(tmp_path, capsys):
     file = tmp_path / "trajectory.svg"
     code, _ = run(tmp_path, capsys, PATH, "--plot", str(file))
     assert code == 0
     drawn = ElementTree.parse(file).getroot()
-    lines = [each for each in drawn.iter() if each.tag.endswith("polyline")]
-    assert len(lines) == 5  # path, way, speed, acceleration, heading
-    code, output = run(tmp_path, capsys, PATH, "--plot", str(tmp_path / "trajectory.png"))
+    texts = {each.text for each in drawn.iter() if each.tag.endswith("text")}
+    assert {"Trajectory", "x, m", "y, m", "time, s", "speed, m/s", "acceleration, m/s²", "turn rate, rad/s"} <= texts
+    assert {"path asked for", "driven", "at rest"} <= texts
+    lines = [each.attrib for each in drawn.iter() if each.tag.endswith("polyline")]
+    assert sum(each["points"].count(",") > 40 for each in lines) == 4  # the driven path and three profiles
+    assert any(each["points"].count(",") == len(PATH) and "stroke-dasharray" in each for each in lines)
+
+
+def test_the_ending_chooses_the_format_of_the_plot(tmp_path, capsys):
+    file = tmp_path / "trajectory.png"
+    assert run(tmp_path, capsys, PATH, "--plot", str(file))[0] == 0
+    image = cv2.imread(str(file))
+    assert image.shape[1] > 1000
+    assert (image < 128).any(axis=2).mean() > 0.002
+    code, output = run(tmp_path, capsys, PATH, "--plot", str(tmp_path / "trajectory.pdf"))
     assert code == 2
-    assert "must end in .svg" in output.err
+    assert "must end in .svg or .png" in output.err

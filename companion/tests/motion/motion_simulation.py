@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from rover.geometry import Pose2, wrap_angle
 from rover.motion import CommittedMotion, PathFollower, Segment
-from rover.motion.clearance import Ground
+from rover.motion.path.clearance import ClearanceMap
 from rover.vehicle import Vehicle
 
 CYCLE = 0.02
@@ -49,14 +49,14 @@ def drive(
     twist_at: float | None = None,
     follower: PathFollower | None = None,
     limit: float = 120.0,
-    ground: Ground | None = None,
+    clearance: ClearanceMap | None = None,
 ) -> tuple[PathFollower, CommittedMotion, Log]:
     """Drives the path; `wheels` is ground per commanded metre left and right, `noise` metres and radians (1 sigma)."""
     rng = np.random.default_rng(seed)
     vehicle = Vehicle()
     follower = follower or PathFollower(vehicle)
     committed = CommittedMotion()
-    follower.follow(path, final_heading, ground)
+    follower.follow(path, final_heading, clearance)
     log = Log()
     true = start
     error = np.zeros(3)

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput
-from rover.motion import corner
-from rover.motion.blend import BlendSettings, blend_path
-from rover.motion.clearance import Ground
-from rover.motion.driving import DrivingLimits
+from rover.motion.path import corner
+from rover.motion.path.blend import BlendSettings, blend_path
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
 from rover.planning.fields import CircleField, GridField
 from rover.vehicle import Vehicle
 
@@ -66,7 +66,7 @@ def test_pieces_join_without_a_gap_or_a_kink_and_no_corner_is_cut_by_more_than_a
     headings = np.cumsum(rng.normal(0.0, 1.0, 8))
     steps = rng.uniform(0.05, 1.0, 8)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
     path = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-    stretches = blend_path(path, LIMITS, BlendSettings(most_cut=cut))
+    stretches = blend_path(path, LIMITS, BlendSettings(max_cut=cut))
     for stretch in stretches:
         x, y, heading = stretch.pieces[0].x, stretch.pieces[0].y, stretch.pieces[0].heading
         for piece in stretch.pieces:
@@ -82,14 +82,14 @@ def test_pieces_join_without_a_gap_or_a_kink_and_no_corner_is_cut_by_more_than_a
 
 
 def test_a_corner_without_room_is_turned_on_the_spot():
-    assert curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.05)))
-    assert not curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.001)))
-    assert len(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(most_cut=0.0))) == 2
+    assert curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(max_cut=0.05)))
+    assert not curves(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(max_cut=0.001)))
+    assert len(blend_path(RIGHT_ANGLE, LIMITS, BlendSettings(max_cut=0.0))) == 2
 
 
 def test_a_sharp_corner_is_turned_on_the_spot_however_much_room_there_is():
     back = [(0.0, 0.0), (2.0, 0.0), (0.5, 0.3)]
-    assert len(blend_path(back, LIMITS, BlendSettings(most_cut=0.5))) == 2
+    assert len(blend_path(back, LIMITS, BlendSettings(max_cut=0.5))) == 2
 
 
 @pytest.mark.parametrize("exact", [True, False])
@@ -100,11 +100,11 @@ def test_a_curve_stays_where_the_map_is_free(exact):
         inside = 0.15 + 0.1 + gap
         place = (1.5 - inside * math.sqrt(0.5), 1.0 + inside * math.sqrt(0.5))
         field = CircleField(3.0, 3.0, [(*place, 0.1)])
-        ground = Ground.of(field, 0.15)
+        clearance = ClearanceMap.of(field, 0.15)
         if not exact:
-            ground = Ground(ground.play)
+            clearance = ClearanceMap(clearance.margin)
         path = [(0.5, 1.0), (1.5, 1.0), (1.5, 2.0)]
-        found = curves(blend_path(path, LIMITS, BlendSettings(most_cut=0.4), ground))
+        found = curves(blend_path(path, LIMITS, BlendSettings(max_cut=0.4), clearance))
         cuts.append(cut_of(found[0]) if found else 0.0)
         for piece in found:
             assert field.clearance(sampled(piece, 200)).min() >= 0.15
@@ -122,8 +122,10 @@ def test_a_corner_that_wraps_around_a_post_is_cut_by_the_room_there_is_and_no_mo
         (1.0, 1.0 + apex),
         (1.0 + reach * math.cos(turn / 2), 1.0 + apex - reach * math.sin(turn / 2)),
     ]
-    stretches = blend_path(path, LIMITS, BlendSettings(most_cut=0.3), Ground.of(CircleField(3.0, 3.0, [post]), 0.15))
-    free = blend_path(path, LIMITS, BlendSettings(most_cut=0.3), Ground.of(CircleField(3.0, 3.0, []), 0.15))
+    stretches = blend_path(
+        path, LIMITS, BlendSettings(max_cut=0.3), ClearanceMap.of(CircleField(3.0, 3.0, [post]), 0.15)
+    )
+    free = blend_path(path, LIMITS, BlendSettings(max_cut=0.3), ClearanceMap.of(CircleField(3.0, 3.0, []), 0.15))
     assert len(free) == 1
     room = apex - 0.35
     assert all(cut_of(piece) <= room for piece in curves(stretches))
@@ -136,11 +138,11 @@ def test_a_sweep_is_called_clear_only_where_it_is():
     a, b = rng.uniform(0.2, 2.8, (400, 2)), rng.uniform(-0.2, 0.2, (400, 2))
     b += a
     exact = np.array([field.segment_clear(tuple(p), tuple(q), 0.151) for p, q in zip(a, b, strict=True)])
-    ground, slack = Ground.of(field, 0.15), np.full(400, 0.001)
-    careful = Ground(ground.play).swept(a, b, slack)
+    clearance, slack = ClearanceMap.of(field, 0.15), np.full(400, 0.001)
+    careful = ClearanceMap(clearance.margin).swept(a, b, slack)
     assert not (careful & ~exact).any()
     assert careful.sum() > 20
-    assert (ground.swept(a, b, slack) & ~exact).sum() == 0
+    assert (clearance.swept(a, b, slack) & ~exact).sum() == 0
     assert 0 < exact.sum() < 400
 
 
@@ -162,7 +164,7 @@ def test_speed_falls_with_curvature_clearance_and_sight():
     assert 0.0 < slow < fast < LIMITS.travel.speed
     assert slow**2 * corner.PEAK_CURVATURE[shape[0]] * (math.pi / 2) / 0.2 <= LIMITS.lateral
     field = CircleField(4.0, 2.0, [(2.0, 1.26, 0.1)])
-    pieces = blend_path([(0.5, 1.0), (3.5, 1.0)], LIMITS, ground=Ground.of(field, 0.15))[0].pieces
+    pieces = blend_path([(0.5, 1.0), (3.5, 1.0)], LIMITS, clearance=ClearanceMap.of(field, 0.15))[0].pieces
     speeds = {round(piece.speed, 3) for piece in pieces}
     assert min(speeds) < 0.22
     assert max(speeds) == LIMITS.travel.speed

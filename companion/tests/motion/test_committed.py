@@ -7,7 +7,7 @@ import math
 import pytest
 from rover.geometry import Pose2
 from rover.motion import CommittedMotion, State, evaluate
-from rover.motion.committed import dead_reckon
+from rover.motion.following.committed import dead_reckon
 from rover.motion.merge import merge, run
 from rover.motion.profile import Axis, to_position
 from rover.vehicle import Vehicle

@@ -137,7 +137,7 @@ def test_when_no_profile_exists_the_rover_stops_and_gives_up_after_a_few_tries()
     _, committed, log = drive([(0.0, 0.0), (2.0, 0.0)], follower=follower)
     assert log.finished
     assert follower.lost
-    assert follower.restarts == FollowerSettings().most_restarts + 1
+    assert follower.restarts == FollowerSettings().max_restarts + 1
     assert committed.end_state.at_rest
 
 

@@ -1,4 +1,4 @@
-"""Paths as a mission plans them, on its own map of the ground: rounding is quicker than turning on the spot.
+"""Paths as a mission plans them, on its own map of the clearance: rounding is quicker than turning on the spot.
 
 python tests/motion/test_follow_planned.py 100      # the comparison of docs/results/motion.md, over so many fields
 """
@@ -13,7 +13,7 @@ from motion_simulation import drive
 from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
 from rover.mission.freespace import free_space
-from rover.motion.clearance import Ground
+from rover.motion.path.clearance import ClearanceMap
 from rover.planning.planner import plan
 from rover.vehicle import Vehicle
 
@@ -38,7 +38,7 @@ def both_ways(seed: int):
         return None
     path = [(float(x), float(y)) for x, y in found.path]
     result = [len(path) - 2]
-    for ground in (None, Ground.of(space.field(), space.radius)):
+    for clearance in (None, ClearanceMap.of(space.field(), space.radius)):
         follower, _, log = drive(
             path,
             final,
@@ -46,7 +46,7 @@ def both_ways(seed: int):
             wheels=(0.97, 0.95),
             noise=(0.004, 0.006),
             seed=seed,
-            ground=ground,
+            clearance=clearance,
         )
         assert log.finished
         assert not follower.lost

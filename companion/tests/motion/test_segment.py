@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput
 from rover.motion import Segment, State, evaluate
-from rover.motion.segment import JERK_MAX, duration_us, end_state, split
+from rover.motion.segment import MAX_JERK, duration_us, end_state, split
 
 SEGMENTS = st.builds(
     Segment,
     st.integers(1_000, 2_000_000),
-    st.integers(-JERK_MAX - 1, JERK_MAX),
-    st.integers(-JERK_MAX - 1, JERK_MAX),
+    st.integers(-MAX_JERK - 1, MAX_JERK),
+    st.integers(-MAX_JERK - 1, MAX_JERK),
 )
 
 
@@ -31,8 +31,8 @@ def test_the_wire_fields_give_the_segment_back(segment, begin, rest):
     [
         ((999, 0, 0), "lasts 1000 to"),
         ((1 << 24, 0, 0), "lasts 1000 to"),
-        ((1000, JERK_MAX + 1, 0), "jerk of travel"),
-        ((1000, 0, -JERK_MAX - 2), "jerk of heading"),
+        ((1000, MAX_JERK + 1, 0), "jerk of travel"),
+        ((1000, 0, -MAX_JERK - 2), "jerk of heading"),
     ],
 )
 def test_values_that_do_not_fit_the_wire_are_refused(values, message):

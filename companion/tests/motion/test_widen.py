@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from motion_simulation import drive
 from rover.geometry import Pose2
-from rover.motion.blend import BlendSettings, blend_path
-from rover.motion.clearance import Ground
-from rover.motion.driving import DrivingLimits
-from rover.motion.widen import widened
+from rover.motion.path.blend import BlendSettings, blend_path
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.widen import widened
 from rover.planning.fields import CircleField
 from rover.planning.planner import plan
 from rover.vehicle import Vehicle
@@ -34,22 +34,22 @@ def around_the_post(corners: int) -> list[tuple[float, float]]:
 
 def test_a_row_of_small_corners_becomes_one_that_can_be_rounded():
     field = CircleField(3.0, 3.0, [POST])
-    ground, path = Ground.of(field, RADIUS), around_the_post(6)
-    wide = widened(path, ground, 0.2)
+    clearance, path = ClearanceMap.of(field, RADIUS), around_the_post(6)
+    wide = widened(path, clearance, 0.2)
     assert len(wide) == 3
     assert wide[0] == path[0]
     assert wide[-1] == path[-1]
     limits = DrivingLimits.of(Vehicle())
     slowest = []
     for line in (path, wide):
-        (stretch,) = blend_path(line, limits, BlendSettings(most_cut=0.3), ground)
+        (stretch,) = blend_path(line, limits, BlendSettings(max_cut=0.3), clearance)
         slowest.append(min(piece.speed for piece in stretch.pieces))
     assert slowest[1] > 1.2 * slowest[0]
 
 
 def test_a_corner_with_room_beside_it_stays_where_it_is():
     path = [(0.5, 0.5), (1.5, 0.5), (2.0, 1.5)]
-    assert widened(path, Ground.of(CircleField(3.0, 3.0, []), RADIUS), 0.06) == path
+    assert widened(path, ClearanceMap.of(CircleField(3.0, 3.0, []), RADIUS), 0.06) == path
 
 
 def test_no_corner_is_moved_further_than_allowed_nor_where_the_footprint_may_not_go():
@@ -63,7 +63,7 @@ def test_no_corner_is_moved_further_than_allowed_nor_where_the_footprint_may_not
         found = plan(field, tuple(free[0]), [tuple(free[1])], robot_radius=RADIUS, seed=seed)
         if not found.ok or len(found.path) < 3:
             continue
-        wide = np.array(widened(found.path.tolist(), Ground.of(field, RADIUS), 0.06))
+        wide = np.array(widened(found.path.tolist(), ClearanceMap.of(field, RADIUS), 0.06))
         checked += 1
         for corner in wide[1:-1]:
             assert np.hypot(*(found.path - corner).T).min() <= 2 * 0.06 + 1e-9
@@ -75,13 +75,13 @@ def test_no_corner_is_moved_further_than_allowed_nor_where_the_footprint_may_not
 @pytest.mark.parametrize("most", [0.0, 1e-3, 0.3])
 def test_where_nothing_is_free_beside_the_path_it_stays_as_it_is(most):
     path = around_the_post(4)
-    assert widened(path, Ground(lambda points: np.full(len(points), -1.0)), most) == path
+    assert widened(path, ClearanceMap(lambda points: np.full(len(points), -1.0)), most) == path
 
 
 def test_the_rover_is_round_a_post_in_less_than_two_thirds_of_the_time():
     path, start = around_the_post(6), Pose2(*around_the_post(6)[0], math.radians(35.0))
-    ground = Ground.of(CircleField(3.0, 3.0, [POST]), RADIUS)
-    rounded = drive(path, start=start, wheels=(0.97, 0.95), noise=(0.004, 0.006), ground=ground)[2]
+    clearance = ClearanceMap.of(CircleField(3.0, 3.0, [POST]), RADIUS)
+    rounded = drive(path, start=start, wheels=(0.97, 0.95), noise=(0.004, 0.006), clearance=clearance)[2]
     turned = drive(path, start=start, wheels=(0.97, 0.95), noise=(0.004, 0.006))[2]
     assert rounded.finished
     assert rounded.times[-1] < 0.67 * turned.times[-1]

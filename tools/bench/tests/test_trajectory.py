@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from rover.motion.blend import blend_path
-from rover.motion.driving import DrivingLimits
+from rover.motion.path.blend import blend_path
+from rover.motion.path.limits import DrivingLimits
 from rover.vehicle import Vehicle
 
 from tools.bench import trajectory
@@ -16,7 +16,7 @@ LIMITS = DrivingLimits.of(Vehicle())
 
 def test_toppra_on_a_line_is_the_trapezoid_and_on_a_corner_the_fastest_turn() -> None:
     pytest.importorskip("toppra", reason="toppra is not installed")
-    stretches = blend_path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], LIMITS, trajectory.BlendSettings(most_cut=0.0))
+    stretches = blend_path([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], LIMITS, trajectory.BlendSettings(max_cut=0.0))
     driving, turning = trajectory.toppra_times(stretches, LIMITS)
     assert driving == pytest.approx(2 * (1.0 / 0.25 + 0.25 / 0.5), rel=2e-2)
     assert turning == pytest.approx(math.pi / 2 / 1.2 + 1.2 / 3.0, rel=1e-6)

@@ -16,8 +16,8 @@ from rover.errors import BadInput
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rover.motion.checked import CheckedTrajectory
     from rover.motion.segment import Segment
+    from rover.motion.trajectory.checked import CheckedTrajectory
 
 HELP = """Turn a path into constant-jerk segments.
 
@@ -35,9 +35,10 @@ Examples:
   rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --json | rover trajectory - --map field.toml
 """
 
-TOLERANCE = 0.05
-# With a map the map bounds the cut; further from a corner than this nothing is gained.
-MOST_CUT = 0.3
+# Most that a corner is cut by without a map.
+TOLERANCE_M = 0.05
+# Most that a corner is cut by with a map, which bounds it further; beyond this nothing is gained.
+MAX_CUT_WITH_MAP_M = 0.3
 
 
 def command(
@@ -55,16 +56,16 @@ def command(
     ] = None,
     segments: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the segments as CSV.")] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE.svg", help="Draw path, speed, acceleration and heading.")
+        Path | None, typer.Option(metavar="FILE", help="Plot path, speed, acceleration and turn rate: .svg or .png.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.motion.blend import BlendSettings
-    from rover.motion.checked import plan_checked
-    from rover.motion.clearance import Ground
-    from rover.motion.driving import DrivingLimits
+    from rover.motion.path.blend import BlendSettings
+    from rover.motion.path.clearance import ClearanceMap
+    from rover.motion.path.limits import DrivingLimits
     from rover.motion.profile import MotionError
+    from rover.motion.trajectory.checked import plan_checked
     from rover.planning.fields import load_field
     from rover.vehicle import Vehicle
 
@@ -74,14 +75,14 @@ def command(
     _within("--tolerance", tolerance, 0.0, 10.0, "metres")
     _within("--robot-radius", robot_radius, 0.0, 1000.0, "metres")
     _within("--heading", heading, -1000.0, 1000.0, "radians")
-    if plot is not None and plot.suffix.lower() != ".svg":
-        raise BadInput(f"--plot {plot}: the picture is an SVG; the name must end in .svg")
+    if plot is not None and plot.suffix.lower() not in (".svg", ".png"):
+        raise BadInput(f"--plot {plot}: the name must end in .svg or .png")
     points = read_path(path)
-    ground = Ground.of(load_field(map_file, resolution), robot_radius) if map_file else None
+    clearance = ClearanceMap.of(load_field(map_file, resolution), robot_radius) if map_file else None
     if tolerance is None:
-        tolerance = TOLERANCE if ground is None else MOST_CUT
+        tolerance = TOLERANCE_M if clearance is None else MAX_CUT_WITH_MAP_M
     limits = DrivingLimits.of(Vehicle(), cruise, lateral)
-    checked = plan_checked(points, limits, BlendSettings(most_cut=tolerance), ground, heading)
+    checked = plan_checked(points, limits, BlendSettings(max_cut=tolerance), clearance, heading)
     if checked.trajectory.failure:
         raise MotionError(checked.trajectory.failure)
     if checked.refused:
@@ -164,16 +165,17 @@ def write_segments(path: Path, segments: Sequence[Segment]) -> None:
 
 
 def write_plot(path: Path, checked: CheckedTrajectory, points: list[list[float]]) -> None:
-    """The trajectory as an SVG. Raises BadInput when there is nothing to draw or the file can't be written."""
-    from rover.motion.plot import svg
+    """The trajectory as SVG or PNG. Raises BadInput when there is nothing to draw or the file can't be written."""
+    from rover.motion.trajectory.plot import draw
 
     if not checked.trajectory.segments:
         raise BadInput(f"--plot {path}: the path leads nowhere, there is nothing to draw")
+    page = draw(checked.trajectory, checked.driven, points)
     try:
-        path.write_text(svg(checked.trajectory, checked.driven, points), encoding="utf-8")
+        path.write_bytes(page.png() if path.suffix.lower() == ".png" else page.svg().encode())
     except OSError as error:
         raise BadInput(f"--plot {path}: can't be written: {error.strerror or error}") from error
-    say(f"drawn: {path}")
+    say(f"plotted: {path}")
 
 
 def document(checked: CheckedTrajectory, points: list[list[float]]) -> dict[str, Any]:

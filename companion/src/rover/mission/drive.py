@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 from rover.mission.freespace import FreeSpace
-from rover.motion.clearance import Ground
-from rover.motion.committed import CommittedMotion
-from rover.motion.follow import PathFollower
+from rover.motion.following.committed import CommittedMotion
+from rover.motion.following.follower import PathFollower
+from rover.motion.path.clearance import ClearanceMap
 from rover.motion.segment import Segment
 from rover.vehicle import Limits, Vehicle
 
@@ -68,10 +68,10 @@ class Drive:
         self._escape_left = escape
         self._last = None
         self.blocked = False
-        ground = Ground.of(space.field(), space.radius) if space is not None else None
-        self._follower.follow([(float(x), float(y)) for x, y in path], final_heading, ground)
+        clearance = ClearanceMap.of(space.field(), space.radius) if space is not None else None
+        self._follower.follow([(float(x), float(y)) for x, y in path], final_heading, clearance)
         # What is checked while driving is what is driven.
-        self._path = np.array(self._follower.path) if ground is not None and self._follower.path else path
+        self._path = np.array(self._follower.path) if clearance is not None and self._follower.path else path
 
     def turn(self, pose: Pose2, heading: float) -> None:
         """Turns where it stands."""

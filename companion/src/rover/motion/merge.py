@@ -6,7 +6,7 @@ import itertools
 from dataclasses import replace
 
 from rover.motion.profile import Profile
-from rover.motion.segment import DURATION_MAX_US, DURATION_MIN_US, JERK_MAX, Segment
+from rover.motion.segment import MAX_DURATION_US, MAX_JERK, MIN_DURATION_US, Segment
 
 # One axis: begin and end in µs, jerk between them.
 Pieces = list[tuple[int, int, float]]
@@ -45,30 +45,30 @@ def whole_microseconds(profile: Profile) -> list[tuple[int, int]]:
     for begin, end, jerk in _snapped(profile.pieces):
         length = end - begin
         if waiting:
-            taken = min(DURATION_MIN_US - waiting, length)
+            taken = min(MIN_DURATION_US - waiting, length)
             waiting += taken
             impulse += jerk * taken
             length -= taken
-            if waiting < DURATION_MIN_US:
+            if waiting < MIN_DURATION_US:
                 continue
             found.append((waiting, round(impulse / waiting * 1e6)))
             waiting, impulse = 0, 0.0
-        if length >= DURATION_MIN_US:
+        if length >= MIN_DURATION_US:
             found.append((length, round(jerk * 1e6)))
         elif length > 0:
             waiting, impulse = length, jerk * length
     if not waiting:
         return found
     if not found:
-        return [(DURATION_MIN_US, round(impulse / DURATION_MIN_US * 1e6))]
+        return [(MIN_DURATION_US, round(impulse / MIN_DURATION_US * 1e6))]
     length, last = found.pop()
-    missing = DURATION_MIN_US - waiting
-    if length - missing < DURATION_MIN_US:
+    missing = MIN_DURATION_US - waiting
+    if length - missing < MIN_DURATION_US:
         return [*found, (length + waiting, round((last * length + impulse * 1e6) / (length + waiting)))]
     return [
         *found,
         (length - missing, last),
-        (DURATION_MIN_US, round((impulse * 1e6 + last * missing) / DURATION_MIN_US)),
+        (MIN_DURATION_US, round((impulse * 1e6 + last * missing) / MIN_DURATION_US)),
     ]
 
 
@@ -95,20 +95,20 @@ def _breaks(times: list[int], until: float | None) -> list[int]:
     """Boundaries in µs from 0 to the end, spaced as segments may be."""
     if not times:
         return [0]
-    end = max(*times, DURATION_MIN_US)
+    end = max(*times, MIN_DURATION_US)
     if until is not None:
-        end = min(end, max(round(until * 1e6), DURATION_MIN_US))
+        end = min(end, max(round(until * 1e6), MIN_DURATION_US))
     breaks = [0]
     for time in sorted(times):
         if time > breaks[-1]:
-            at = min(max(time, breaks[-1] + DURATION_MIN_US), end - DURATION_MIN_US)
-            if at - breaks[-1] >= DURATION_MIN_US and time < end:
+            at = min(max(time, breaks[-1] + MIN_DURATION_US), end - MIN_DURATION_US)
+            if at - breaks[-1] >= MIN_DURATION_US and time < end:
                 breaks.append(at)
     breaks.append(end)
     whole = [0]
     for time in breaks[1:]:
-        while time - whole[-1] > DURATION_MAX_US:
-            whole.append(whole[-1] + DURATION_MAX_US // 2)
+        while time - whole[-1] > MAX_DURATION_US:
+            whole.append(whole[-1] + MAX_DURATION_US // 2)
         whole.append(time)
     return whole
 
@@ -116,4 +116,4 @@ def _breaks(times: list[int], until: float | None) -> list[int]:
 def _mean_jerk(pieces: Pieces, begin: int, end: int) -> int:
     """Mean jerk between two times in µs, in millionths of the SI unit."""
     total = sum(jerk * max(0, min(until, end) - max(since, begin)) for since, until, jerk in pieces)
-    return max(-JERK_MAX, min(JERK_MAX, round(total / (end - begin) * 1e6)))
+    return max(-MAX_JERK, min(MAX_JERK, round(total / (end - begin) * 1e6)))

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 from rover.errors import BadInput
 
-DURATION_MIN_US = 1_000
-DURATION_MAX_US = 0xFFFFFF
-JERK_MAX = 0x7FFFFF  # µm/s³ and µrad/s³
+MIN_DURATION_US = 1_000
+MAX_DURATION_US = 0xFFFFFF
+MAX_JERK = 0x7FFFFF  # µm/s³ and µrad/s³
 
 FLAG_BEGIN = 1
 FLAG_REST = 2
@@ -34,15 +34,15 @@ class Segment:
 
     def __post_init__(self) -> None:
         if (
-            DURATION_MIN_US <= self.duration_us <= DURATION_MAX_US
-            and -JERK_MAX - 1 <= self.jerk_travel <= JERK_MAX
-            and -JERK_MAX - 1 <= self.jerk_heading <= JERK_MAX
+            MIN_DURATION_US <= self.duration_us <= MAX_DURATION_US
+            and -MAX_JERK - 1 <= self.jerk_travel <= MAX_JERK
+            and -MAX_JERK - 1 <= self.jerk_heading <= MAX_JERK
         ):
             return
-        if not DURATION_MIN_US <= self.duration_us <= DURATION_MAX_US:
-            raise BadInput(f"a segment lasts {DURATION_MIN_US} to {DURATION_MAX_US} µs, not {self.duration_us}")
+        if not MIN_DURATION_US <= self.duration_us <= MAX_DURATION_US:
+            raise BadInput(f"a segment lasts {MIN_DURATION_US} to {MAX_DURATION_US} µs, not {self.duration_us}")
         for name, jerk in (("travel", self.jerk_travel), ("heading", self.jerk_heading)):
-            if not -JERK_MAX - 1 <= jerk <= JERK_MAX:
+            if not -MAX_JERK - 1 <= jerk <= MAX_JERK:
                 raise BadInput(f"jerk of {name} must fit 24 bits, not {jerk}")
 
     @classmethod
@@ -52,8 +52,8 @@ class Segment:
             return []
         durations, travel, heading, _, _ = zip(*rows, strict=True)
         jerks = (*travel, *heading)
-        fits = min(durations) >= DURATION_MIN_US and max(durations) <= DURATION_MAX_US
-        if not (fits and min(jerks) >= -JERK_MAX - 1 and max(jerks) <= JERK_MAX):
+        fits = min(durations) >= MIN_DURATION_US and max(durations) <= MAX_DURATION_US
+        if not (fits and min(jerks) >= -MAX_JERK - 1 and max(jerks) <= MAX_JERK):
             return [cls(*row) for row in rows]  # raises at the first that does not fit
         found = []
         for duration_us, jerk_travel, jerk_heading, begin, rest in rows:
@@ -146,7 +146,7 @@ def split(segments: Sequence[Segment], most_us: int) -> list[Segment]:
     pieces: list[Segment] = []
     for segment in segments:
         count = max(1, -(-segment.duration_us // most_us))
-        count = min(count, max(1, segment.duration_us // DURATION_MIN_US))
+        count = min(count, max(1, segment.duration_us // MIN_DURATION_US))
         done = 0
         for number in range(count):
             until = segment.duration_us * (number + 1) // count

@@ -11,7 +11,7 @@ from rover.motion.segment import Segment, State
 from rover.vehicle import Limits
 
 # Residue of quantisation that is not worth a segment: the rest flag takes it to zero.
-NEGLIGIBLE = 1e-9
+MIN_CHANGE = 1e-9
 
 
 def stop_profile(speed: float, acceleration: float, limits: Limits) -> Profile:
@@ -23,7 +23,7 @@ def stop_profile(speed: float, acceleration: float, limits: Limits) -> Profile:
     # Speed left when the acceleration alone is taken to zero decides which way to brake.
     left = speed + acceleration * abs(acceleration) / (2.0 * jerk)
     sign = -1.0 if left > 0.0 else 1.0
-    if abs(left) < NEGLIGIBLE and abs(acceleration) < NEGLIGIBLE:
+    if abs(left) < MIN_CHANGE and abs(acceleration) < MIN_CHANGE:
         return Profile((), 0.0, 0.0)
     # In the direction of braking: a is the acceleration, v the speed still to gain.
     a, v = sign * acceleration, -sign * speed

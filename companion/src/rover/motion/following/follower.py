@@ -16,19 +16,19 @@ from dataclasses import replace
 
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
-from rover.motion.blend import BlendSettings, blend_path
-from rover.motion.clearance import Ground
-from rover.motion.committed import CommittedMotion, dead_reckon
-from rover.motion.curve import Curve, together
-from rover.motion.driving import DrivingLimits
-from rover.motion.follow_settings import FollowerSettings
+from rover.motion.following.committed import CommittedMotion, dead_reckon
+from rover.motion.following.curve import Curve, together
+from rover.motion.following.settings import FollowerSettings
+from rover.motion.following.slip import SlipEstimate
 from rover.motion.merge import merge, run
-from rover.motion.polyline import Polyline, stretches
+from rover.motion.path.blend import BlendSettings, blend_path
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.polyline import Polyline, stretches
+from rover.motion.path.widen import widened
 from rover.motion.profile import Axis, MotionError, Profile, speed_after, to_position
 from rover.motion.segment import Segment, State, split
-from rover.motion.slip import SlipEstimate
 from rover.motion.stop import stop_distance, stop_profile, stop_segments
-from rover.motion.widen import widened
 from rover.vehicle import Limits, Vehicle
 
 SpeedLimit = float | Callable[[float, float], float]
@@ -37,7 +37,7 @@ SpeedLimit = float | Callable[[float, float], float]
 # Of the vehicle's limit of heading jerk, what steering may take while a curve takes the rest.
 STEERING_SHARE = 0.65
 # Radians: a larger error is no longer a matter of steering.
-MOST_STEERING = 0.6
+MAX_STEERING_RAD = 0.6
 
 
 class PathFollower:
@@ -80,7 +80,7 @@ class PathFollower:
             DrivingLimits.of(vehicle, self.limits.speed, self.settings.lateral),
             travel=self.limits,
             give=self.settings.give,
-            lowest_speed=self.settings.lowest_curve_speed,
+            min_speed=self.settings.min_curve_speed,
             heading=Limits(
                 bounds.speed - self._steering.speed,
                 bounds.acceleration - self._steering.acceleration,
@@ -109,17 +109,17 @@ class PathFollower:
         return self._stage == "lost"
 
     def follow(
-        self, path: Sequence[Sequence[float]], final_heading: float | None = None, ground: Ground | None = None
+        self, path: Sequence[Sequence[float]], final_heading: float | None = None, clearance: ClearanceMap | None = None
     ) -> None:
         """Takes a new path in the map, (N, 2), first point near the rover. Call it while at rest.
 
-        With `ground` corners are rounded where it has room; without, all but soft ones are turned on the spot.
+        With `clearance` corners are rounded where it has room; without, all but soft ones are turned on the spot.
         Raises BadInput when a coordinate is not finite.
         """
         points = [(float(x), float(y)) for x, y in path]
         if not all(math.isfinite(v) for point in points for v in point):
             raise BadInput("the path holds a coordinate that is not finite")
-        self._stretches = self._cut(points, ground)
+        self._stretches = self._cut(points, clearance)
         self._final_heading = final_heading
         self._pending = []
         self._stop_wanted = False
@@ -127,20 +127,20 @@ class PathFollower:
         self._restarts_here = 0
         self._enter("aim" if self._stretches else "face")
 
-    def _cut(self, points: list[tuple[float, float]], ground: Ground | None) -> list[Polyline]:
+    def _cut(self, points: list[tuple[float, float]], clearance: ClearanceMap | None) -> list[Polyline]:
         settings = self.settings
         if not points:
             return []
-        if ground is None:
+        if clearance is None:
             return stretches(points, settings.soft_corner, settings.arrival)
         blend = BlendSettings(
-            most_cut=settings.most_cut,
+            max_cut=settings.max_cut,
             shortest=settings.arrival,
             slack=settings.tracking,
             kink=settings.soft_corner,
         )
-        points = widened(points, ground, settings.widen, settings.tracking)
-        found = blend_path(points, self._curve_limits, blend, ground)
+        points = widened(points, clearance, settings.widen, settings.tracking)
+        found = blend_path(points, self._curve_limits, blend, clearance)
         return [Curve(stretch, self.limits) for stretch in found]
 
     def request_stop(self) -> None:
@@ -186,7 +186,7 @@ class PathFollower:
         self.restarts += 1
         self._restarts_here += 1
         self._pending = self._stop(committed)
-        if self._restarts_here > self.settings.most_restarts:
+        if self._restarts_here > self.settings.max_restarts:
             self._enter("lost")
         else:
             self._enter("aim" if self._stretches else "face")
@@ -295,7 +295,7 @@ class PathFollower:
         s = self._filtered(path, s, end)
         self._progress = max(self._progress, min(s, path.length))
         error = self._error(path, s, ahead)
-        if abs(self.cross_track) > settings.most_off_path or abs(error) > MOST_STEERING:
+        if abs(self.cross_track) > settings.max_off_path or abs(error) > MAX_STEERING_RAD:
             self._give_up(committed)
             return
         error -= self.slip.drift * end.speed * settings.chunk
@@ -335,14 +335,14 @@ class PathFollower:
         axis = Axis(0.0, end.speed, end.acceleration)
         limits = replace(self.limits, speed=self._speed(path, s, braking))
         travel, last = path.travel_profile(s, axis, rest, limits, self.slip.scale, 2.0 * chunk)
-        ground = 0.5 * self.slip.scale * (end.speed + speed_after(travel, axis, chunk))
+        ground_speed = 0.5 * self.slip.scale * (end.speed + speed_after(travel, axis, chunk))
         curvature, slope = path.turning(s)
         turn_scale = self.slip.turn
-        rate = end.turn_rate - curvature * ground / turn_scale
-        acceleration = end.turn_acceleration - slope * ground**2 / turn_scale
+        rate = end.turn_rate - curvature * ground_speed / turn_scale
+        acceleration = end.turn_acceleration - slope * ground_speed**2 / turn_scale
         nominal = [
             (time, jerk / turn_scale)
-            for time, jerk in path.heading_profile(s, ground, min(travel.duration, 2.0 * chunk))
+            for time, jerk in path.heading_profile(s, ground_speed, min(travel.duration, 2.0 * chunk))
         ]
         steered = to_position(Axis(0.0, rate, acceleration), error, self._steering)
         return travel, last, Profile(together(nominal, steered.pieces), 0.0, 0.0)
@@ -372,13 +372,13 @@ class PathFollower:
         if limit is None:
             return self.limits.speed
         if not callable(limit):
-            return max(min(limit, self.limits.speed), self.settings.lowest_speed)
+            return max(min(limit, self.limits.speed), self.settings.min_speed)
         lowest = self.limits.speed
         ahead = braking + 0.1
         for number in range(1 + math.ceil(ahead / 0.05)):
             x, y = path.at(min(s + 0.05 * number, path.length))
             lowest = min(lowest, limit(x, y))
-        return max(lowest, self.settings.lowest_speed)
+        return max(lowest, self.settings.min_speed)
 
     @property
     def committed_at_most(self) -> float:

@@ -11,41 +11,40 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-
 from rover.geometry import wrap_angle
-from rover.motion.clearance import Ground
+from rover.motion.path.clearance import ClearanceMap
 
 Point = tuple[float, float]
 
 # Corners that are made one, at most, and what they turn by together at most, radians.
-ROW = 12
-MOST_TURN = math.radians(100.0)
+MAX_CORNERS = 12
+MAX_TURN_RAD = math.radians(100.0)
 # Corners that turn by less are driven through or rounded in millimetres.
-LEAST_TURN = math.radians(8.0)
+MIN_TURN_RAD = math.radians(8.0)
 # A corner is moved outward by these shares of what is allowed, the largest that is free.
 SHARES = (1.0, 0.5, 0.25)
 
 
-def widened(path: Sequence[Point], ground: Ground, most: float, slack: float = 0.0) -> list[Point]:
+def widened(path: Sequence[Point], clearance: ClearanceMap, most: float, slack: float = 0.0) -> list[Point]:
     """The polyline with room at its corners; no new corner is further than `most` metres from an old one.
 
     `slack`: metres that the footprint is grown by where the new legs are checked. The ends stay.
     """
-    points = _joined([(float(x), float(y)) for x, y in path], ground, most, slack)
+    points = _joined([(float(x), float(y)) for x, y in path], clearance, most, slack)
     for number in range(1, len(points) - 1):
         before, here, behind = points[number - 1 : number + 2]
         turn = _turn(before, here, behind)
-        if LEAST_TURN <= abs(turn) <= MOST_TURN and float(ground.play(np.array([here]))[0]) < most:
+        if MIN_TURN_RAD <= abs(turn) <= MAX_TURN_RAD and float(clearance.margin(np.array([here]))[0]) < most:
             away = _heading(before, here) + turn / 2.0 - math.copysign(math.pi / 2.0, turn)
             for share in SHARES:
                 moved = (here[0] + share * most * math.cos(away), here[1] + share * most * math.sin(away))
-                if _clear([before, moved, behind], ground, slack):
+                if _clear([before, moved, behind], clearance, slack):
                     points[number] = moved
                     break
     return points
 
 
-def _joined(points: list[Point], ground: Ground, most: float, slack: float) -> list[Point]:
+def _joined(points: list[Point], clearance: ClearanceMap, most: float, slack: float) -> list[Point]:
     """Rows of corners to the same side as one corner each."""
     if len(points) < 4:
         return points
@@ -54,13 +53,13 @@ def _joined(points: list[Point], ground: Ground, most: float, slack: float) -> l
     number = 1
     while number < len(points) - 1:
         last = number
-        while last + 1 < min(len(points) - 1, number + ROW) and turns[last + 1] * turns[number] > 0.0:
+        while last + 1 < min(len(points) - 1, number + MAX_CORNERS) and turns[last + 1] * turns[number] > 0.0:
             last += 1
         meeting = None
         while last > number and meeting is None:
-            if abs(math.fsum(turns[number : last + 1])) <= MOST_TURN:
+            if abs(math.fsum(turns[number : last + 1])) <= MAX_TURN_RAD:
                 meeting = _meeting(points, number, last, most)
-                if meeting and not _clear([points[number], meeting, points[last]], ground, slack):
+                if meeting and not _clear([points[number], meeting, points[last]], clearance, slack):
                     meeting = None
             last -= meeting is None
         found.append(meeting or points[number])
@@ -81,9 +80,9 @@ def _meeting(points: list[Point], first: int, last: int, most: float) -> Point |
     return meeting if way > 0.0 and near <= most else None
 
 
-def _clear(points: Sequence[Point], ground: Ground, slack: float) -> bool:
+def _clear(points: Sequence[Point], clearance: ClearanceMap, slack: float) -> bool:
     line = np.array(points)
-    return bool(ground.swept(line[:-1], line[1:], np.full(len(line) - 1, slack)).all())
+    return bool(clearance.swept(line[:-1], line[1:], np.full(len(line) - 1, slack)).all())
 
 
 def _heading(a: Point, b: Point) -> float:

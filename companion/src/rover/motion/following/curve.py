@@ -7,21 +7,20 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-
-from rover.motion import corner
-from rover.motion.blend import Piece, Stretch
-from rover.motion.pace import node_speeds
-from rover.motion.polyline import Point, Polyline
+from rover.motion.path import corner
+from rover.motion.path.blend import Piece, Stretch
+from rover.motion.path.polyline import Point, Polyline
+from rover.motion.path.speeds import node_speeds
 from rover.motion.profile import Axis, MotionError, Profile, to_position, to_speed
 from rover.vehicle import Limits
 
 # Points on a curve; chords this short differ from the arc by less than a tenth of a millimetre in length.
-POINTS = 20
+CURVE_POINTS = 20
 # Of the travel limits, what the speeds at the joints of pieces are planned with: the rest is for what differs.
-PLANNED = 0.8
+PLANNED_SHARE = 0.8
 # Metres by which a profile may pass the joint that it was planned to.
-OVERSHOOT = 0.002
-NEAR_SPEED = 1e-3
+MAX_OVERSHOOT_M = 0.002
+SPEED_TOLERANCE_M_S = 1e-3
 
 
 class Curve(Polyline):
@@ -33,17 +32,17 @@ class Curve(Polyline):
         for piece in stretch.pieces:
             points.append((piece.x, piece.y))
             if piece.angle:
-                points += _points(piece, POINTS)[1:-1]
+                points += _points(piece, CURVE_POINTS)[1:-1]
             joints.append(len(points))
         last = stretch.pieces[-1]
-        points.append(_points(last, POINTS if last.angle else 1)[-1])
+        points.append(_points(last, CURVE_POINTS if last.angle else 1)[-1])
         super().__init__(points)
         self.pieces = stretch.pieces
         # Arc length of the chords at which each piece begins, and the end.
         self.joints = [self._starts[index] for index in joints]
-        careful = Limits(limits.speed, PLANNED * limits.acceleration, PLANNED * limits.jerk)
+        careful = Limits(limits.speed, PLANNED_SHARE * limits.acceleration, PLANNED_SHARE * limits.jerk)
         self.speeds = node_speeds(stretch.pieces, careful)
-        self._turned = [0.0, *np.cumsum([piece.angle for piece in stretch.pieces]).tolist()]
+        self._turned: list[float] = [0.0, *np.cumsum([piece.angle for piece in stretch.pieces]).tolist()]
 
     def piece_at(self, s: float) -> int:
         """Number of the piece at arc length `s`."""
@@ -113,7 +112,7 @@ class Curve(Polyline):
             if number == len(self.pieces) - 1:
                 bounds = Limits(min(limits.speed, piece.speed), limits.acceleration, limits.jerk)
                 profile = to_position(axis, max(rest - way, 0.0), bounds)
-                if profile.highest > rest - way + OVERSHOOT:  # it would pass the end and come back
+                if profile.highest > rest - way + MAX_OVERSHOOT_M:  # it would pass the end and come back
                     profile = to_speed(axis, 0.0, limits)
                 return Profile((*found, *profile.pieces), 0.0, rest), True
             left = (self.joints[number + 1] - at) / scale
@@ -132,13 +131,13 @@ def _to_joint(
 ) -> tuple[tuple[tuple[float, float], ...], Axis, float]:
     """Pieces to the end of a piece, the state there, and the way made (commanded metres)."""
     if piece.angle:
-        if abs(axis.speed - leave) < NEAR_SPEED and abs(axis.acceleration) < 10.0 * NEAR_SPEED:
+        if abs(axis.speed - leave) < SPEED_TOLERANCE_M_S and abs(axis.acceleration) < 10.0 * SPEED_TOLERANCE_M_S:
             return ((left / leave, 0.0),), Axis(0.0, leave, 0.0), left + 1e-6
         profile = to_speed(axis, leave, limits)
     else:
         bounds = Limits(min(limits.speed, piece.speed), limits.acceleration, limits.jerk)
         profile = to_position(axis, left, bounds, leave)
-        if profile.highest > left + OVERSHOOT or profile.lowest < -OVERSHOOT:
+        if profile.highest > left + MAX_OVERSHOOT_M or profile.lowest < -MAX_OVERSHOOT_M:
             profile = to_speed(axis, leave, limits)
         else:
             return profile.pieces, Axis(0.0, leave, 0.0), left + 1e-6
@@ -151,8 +150,8 @@ def _to_joint(
 
 
 def _points(piece: Piece, count: int) -> list[Point]:
-    columns = (np.array([v]) for v in (piece.x, piece.y, piece.heading, piece.angle, piece.length))
-    found = corner.points(*columns, np.array([piece.shape]), count)[0]
+    x, y, heading, angle, length = np.array([[piece.x], [piece.y], [piece.heading], [piece.angle], [piece.length]])
+    found = corner.points(x, y, heading, angle, length, np.array([piece.shape]), count)[0]
     return [(float(x), float(y)) for x, y in found]
 
 

@@ -10,34 +10,33 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from rover.errors import BadInput
-from rover.motion import corner
-from rover.motion.clearance import Ground
-from rover.motion.driving import DrivingLimits, change_distance
+from rover.motion.path import corner
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits, change_distance
 
 Array = NDArray[np.float64]
 
 # Chords that stand for a curve where it is checked against the map.
 CHORDS = 16
 # However short the way to a slower corner, a curve keeps this share of its length.
-LEAST_KEPT = 0.5
+MIN_SHARE = 0.5
 # Lines are cut into parts of at most so many metres for a speed that depends on the clearance.
-SPEED_STEP = 0.05
+MAX_SPEED_STEP_M = 0.05
 # A curve that touches something is tried at these shares of its length.
-SHRINK = (1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.29, 0.24, 0.2, 0.16, 0.13)
+LENGTH_SHARES = (1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.29, 0.24, 0.2, 0.16, 0.13)
 
 
 @dataclass(frozen=True)
 class BlendSettings:
-    """`most_cut`: metres between a corner and the curve that rounds it; `sharpest`: radians, beyond it a corner is
+    """`max_cut`: metres between a corner and the curve that rounds it; `max_angle`: radians, beyond it a corner is
     turned on the spot; `shortest`: legs shorter than this are dropped, and so much of each leg stays straight.
     `kink`: radians, a corner without room that turns by less is driven through as it is.
     `slack`: metres that the footprint is grown by where a curve is checked, for what following it may be off by.
     """
 
-    most_cut: float = 0.05
-    sharpest: float = math.radians(120.0)
+    max_cut: float = 0.05
+    max_angle: float = math.radians(120.0)
     shortest: float = 0.004
     slack: float = 2e-4
     kink: float = 0.0
@@ -47,8 +46,8 @@ class BlendSettings:
 class Piece:
     """A straight line (`angle` 0) or a curve of corner.py that turns by `angle` radians, left positive.
 
-    Begins at (x, y) in `heading`; `speed` is the most that it may be driven at. `bound`: the part of it that the ground
-    says, clearance and sight, whatever the limits of the axes are. `shape`: of corner.py, for a curve.
+    Begins at (x, y) in `heading`; `speed` is the most that it may be driven at, `bound` what clearance and sight alone
+    allow, whatever the limits of the axes. `shape`: of corner.py, for a curve.
     """
 
     x: float
@@ -80,11 +79,11 @@ class Stretch:
 
 
 def blend_path(
-    path: ArrayLike, limits: DrivingLimits, settings: BlendSettings | None = None, ground: Ground | None = None
+    path: ArrayLike, limits: DrivingLimits, settings: BlendSettings | None = None, clearance: ClearanceMap | None = None
 ) -> list[Stretch]:
     """The polyline (N, 2) with its corners rounded; empty when it leads nowhere.
 
-    Without `ground` the cut alone bounds a corner. Raises BadInput when the path is no finite polyline.
+    Without `clearance` the cut alone bounds a corner. Raises BadInput when the path is no finite polyline.
     """
     settings = settings or BlendSettings()
     points = _distinct(path, settings.shortest)
@@ -95,16 +94,16 @@ def blend_path(
     headings = np.arctan2(legs[:, 1], legs[:, 0])
     angles = np.mod(np.diff(headings) + math.pi, 2.0 * math.pi) - math.pi
     shape = limits.corner_shape(angles)
-    curve, speed = _curves(points, lengths, headings, angles, shape, limits, settings, ground)
+    curve, speed = _curves(points, lengths, headings, angles, shape, limits, settings, clearance)
     taken = np.zeros(len(angles))
     rounded = curve > 0.0
     if rounded.any():
         taken[rounded] = curve[rounded] * corner.tangent_and_cut(angles[rounded], shape[rounded])[0]
     bound = np.minimum(limits.travel.speed, limits.sight_speed(angles, np.maximum(curve, 1e-9), shape))
-    if ground is not None and limits.clearance_time > 0.0 and rounded.any():
-        bound = np.minimum(bound, _clearance_at(points, legs, lengths, taken, limits, ground))
+    if clearance is not None and limits.clearance_time > 0.0 and rounded.any():
+        bound = np.minimum(bound, _clearance_at(points, legs, lengths, taken, limits, clearance))
     turns = (angles, curve, taken, np.minimum(speed, bound), bound, shape)
-    return _assemble(points, headings, lengths, turns, settings.kink, limits, ground)
+    return _assemble(points, headings, lengths, turns, settings.kink, limits, clearance)
 
 
 def _distinct(path: ArrayLike, shortest: float) -> Array:
@@ -139,14 +138,14 @@ def _curves(
     shape: corner.Shapes,
     limits: DrivingLimits,
     settings: BlendSettings,
-    ground: Ground | None,
+    clearance: ClearanceMap | None,
 ) -> tuple[Array, Array]:
     """Length of the curve at each corner, 0 where it is turned on the spot, and the speed on it."""
     size = np.abs(angles)
-    wanted = (size <= settings.sharpest) & (settings.most_cut > 0.0)
+    wanted = (size <= settings.max_angle) & (settings.max_cut > 0.0)
     tangent, cut = corner.tangent_and_cut(np.where(wanted, size, 0.0), shape)
     # As long as full speed needs, as long as the cut allows, and as long as both legs have room for.
-    length = np.minimum(np.maximum(limits.corner_length(size, shape), 0.01), settings.most_cut / np.maximum(cut, 1e-12))
+    length = np.minimum(np.maximum(limits.corner_length(size, shape), 0.01), settings.max_cut / np.maximum(cut, 1e-12))
     length = np.where(wanted, length, 0.0)
     need = length * tangent
     # Beside a place of rest a curve leaves room to reach its speed: a curve is driven at one speed.
@@ -160,9 +159,9 @@ def _curves(
     speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
     length = length * _room_for_braking(lengths, length * tangent, speed, limits)
     speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
-    if ground is not None:
-        length, speed = _shrink(points, headings, angles, shape, length, speed, tangent, limits, settings, ground)
-    length = np.where(speed >= limits.lowest_speed, length, 0.0)
+    if clearance is not None:
+        length, speed = _shrink(points, headings, angles, shape, length, speed, tangent, limits, settings, clearance)
+    length = np.where(speed >= limits.min_speed, length, 0.0)
     return length, speed
 
 
@@ -175,7 +174,7 @@ def _room_for_braking(lengths: Array, taken: Array, speed: Array, limits: Drivin
             change = change_distance(float(speed[slow]), float(speed[fast]), limits.travel)
             missing = taken[slow] + taken[fast] + change - lengths[leg]
             if missing > 0.0:
-                keep[fast] = min(keep[fast], max(1.0 - missing / taken[fast], LEAST_KEPT))
+                keep[fast] = min(keep[fast], max(1.0 - missing / taken[fast], MIN_SHARE))
     return keep
 
 
@@ -189,17 +188,17 @@ def _shrink(
     tangent: Array,
     limits: DrivingLimits,
     settings: BlendSettings,
-    ground: Ground,
+    clearance: ClearanceMap,
 ) -> tuple[Array, Array]:
     """Each curve at the largest share of its length at which the footprint on it stays clear; 0 where none does."""
     result, fastest = np.zeros_like(length), np.zeros_like(speed)
-    left = np.flatnonzero((length > 0.0) & (speed >= limits.lowest_speed))
-    for share in SHRINK:
+    left = np.flatnonzero((length > 0.0) & (speed >= limits.min_speed))
+    for share in LENGTH_SHARES:
         if not len(left):
             break
         trial = length[left] * share
         clear = _clear(
-            points[left + 1], headings[left], angles[left], shape[left], trial, tangent[left], settings, ground
+            points[left + 1], headings[left], angles[left], shape[left], trial, tangent[left], settings, clearance
         )
         result[left[clear]] = trial[clear]
         left = left[~clear]
@@ -216,7 +215,7 @@ def _clear(
     length: Array,
     tangent: Array,
     settings: BlendSettings,
-    ground: Ground,
+    clearance: ClearanceMap,
 ) -> NDArray[np.bool_]:
     """True for curves along which the disc touches nothing: chords, and how far the curve bulges beyond them."""
     back = length * tangent
@@ -224,27 +223,28 @@ def _clear(
     curve = corner.points(x, y, heading, angle, length, shape, CHORDS)
     bulge = corner.PEAK_CURVATURE[shape] * np.abs(angle) * length / (8.0 * CHORDS**2)
     a, b = curve[:, :-1].reshape(-1, 2), curve[:, 1:].reshape(-1, 2)
-    swept = ground.swept(a, b, np.repeat(bulge + settings.slack, CHORDS))
-    result: NDArray[np.bool_] = swept.reshape(-1, CHORDS).all(axis=1)
-    return result
+    swept = clearance.swept(a, b, np.repeat(bulge + settings.slack, CHORDS))
+    return np.asarray(swept.reshape(-1, CHORDS).all(axis=1), dtype=np.bool_)
 
 
 def _clearance_at(
-    points: Array, legs: Array, lengths: Array, taken: Array, limits: DrivingLimits, ground: Ground
+    points: Array, legs: Array, lengths: Array, taken: Array, limits: DrivingLimits, clearance: ClearanceMap
 ) -> Array:
-    """Most speed at each corner by the play there: at its ends and at the corner itself."""
+    """Most speed at each corner by the margin there: at its ends and at the corner itself."""
     unit = legs / lengths[:, None]
     at = points[1:-1]
     ends = np.concatenate([at, at - unit[:-1] * taken[:, None], at + unit[1:] * taken[:, None]])
-    play = ground.play(ends).reshape(3, -1).min(axis=0)
-    return limits.clearance_speed(play)
+    margin = clearance.margin(ends).reshape(3, -1).min(axis=0)
+    return limits.clearance_speed(margin)
 
 
-def _line_speeds(start: Array, end: Array, length: float, limits: DrivingLimits, ground: Ground) -> list[float]:
-    """Speeds by the clearance in the middle of equal parts of a line, none longer than SPEED_STEP."""
-    parts = max(1, math.ceil(length / SPEED_STEP))
+def _line_speeds(
+    start: Array, end: Array, length: float, limits: DrivingLimits, clearance: ClearanceMap
+) -> list[float]:
+    """Speeds by the clearance in the middle of equal parts of a line, none longer than MAX_SPEED_STEP_M."""
+    parts = max(1, math.ceil(length / MAX_SPEED_STEP_M))
     share = (np.arange(parts)[:, None] + 0.5) / parts
-    speeds: list[float] = limits.clearance_speed(ground.play(start + share * (end - start))).tolist()
+    speeds: list[float] = limits.clearance_speed(clearance.margin(start + share * (end - start))).tolist()
     return speeds
 
 
@@ -255,7 +255,7 @@ def _assemble(
     turns: tuple[Array, Array, Array, Array, Array, corner.Shapes],
     kink: float,
     limits: DrivingLimits,
-    ground: Ground | None,
+    clearance: ClearanceMap | None,
 ) -> list[Stretch]:
     """Lines and curves in order, cut into stretches where the rover turns on the spot.
 
@@ -268,7 +268,7 @@ def _assemble(
     begin_x, begin_y = points[:-1, 0] + before * unit_x, points[:-1, 1] + before * unit_y
     rest = lengths - before - after
     end_x, end_y = begin_x + rest * unit_x, begin_y + rest * unit_y
-    bounded = ground is not None and limits.clearance_time > 0.0
+    bounded = clearance is not None and limits.clearance_time > 0.0
     stretches: list[Stretch] = []
     pieces: list[Piece] = []
     columns = (begin_x, begin_y, headings, rest, end_x, end_y)
@@ -277,8 +277,8 @@ def _assemble(
     for x, y, heading, length, x1, y1, angle, bend, v, ground_speed, form in rows:
         if length > 1e-9:
             if bounded:
-                assert ground is not None
-                stepwise = _line_speeds(np.array([x, y]), np.array([x1, y1]), length, limits, ground)
+                assert clearance is not None
+                stepwise = _line_speeds(np.array([x, y]), np.array([x1, y1]), length, limits, clearance)
                 pieces += _line_parts(x, y, heading, length, stepwise)
             else:
                 pieces.append(Piece(x, y, heading, length, 0.0, limits.travel.speed, limits.travel.speed))

@@ -11,22 +11,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rover.geometry import wrap_angle
-from rover.motion import corner
-from rover.motion.blend import Piece, Stretch
-from rover.motion.driving import DrivingLimits
 from rover.motion.merge import merge, whole_microseconds
-from rover.motion.pace import node_speeds
+from rover.motion.path import corner
+from rover.motion.path.blend import Piece, Stretch
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.speeds import node_speeds
 from rover.motion.profile import Axis, MotionError, to_position
-from rover.motion.segment import DURATION_MAX_US, DURATION_MIN_US, Segment, State, after
+from rover.motion.segment import MAX_DURATION_US, MIN_DURATION_US, Segment, State, after
 from rover.motion.stop import stop_segments
 from rover.vehicle import Limits
 
 # Radians: what is nearer to the heading wanted needs no turn.
-NO_TURN = 1e-6
+MIN_TURN_RAD = 1e-6
 # Metres per second: nearer speeds are the same.
-SAME_SPEED = 2e-5
+MIN_SPEED_CHANGE_M_S = 2e-5
 # A profile that passes its end by more than this many metres is none: it would come back.
-OVERSHOOT = 1e-4
+MAX_OVERSHOOT_M = 1e-4
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class _Row:
         self._begin = True
 
     def add(self, duration_us: int, jerk_travel: int, jerk_heading: int) -> None:
-        while duration_us > DURATION_MAX_US:
-            self.add(DURATION_MAX_US // 2, jerk_travel, jerk_heading)
-            duration_us -= DURATION_MAX_US // 2
+        while duration_us > MAX_DURATION_US:
+            self.add(MAX_DURATION_US // 2, jerk_travel, jerk_heading)
+            duration_us -= MAX_DURATION_US // 2
         t, j = duration_us * 1e-6, jerk_travel * 1e-6
         self.travel += t * (self.speed + t * (self.acceleration / 2.0 + t * j / 6.0))
         self.speed += t * (self.acceleration + t * j / 2.0)
@@ -125,7 +125,7 @@ def _stop(row: _Row, limits: DrivingLimits) -> None:
 def _turn(row: _Row, piece: Piece, limits: DrivingLimits) -> None:
     """On the spot to the heading of a piece."""
     angle = wrap_angle(piece.heading - row.heading)
-    if abs(angle) <= NO_TURN:
+    if abs(angle) <= MIN_TURN_RAD:
         return
     state = State()
     for segment in merge(None, to_position(Axis(), angle, limits.heading)):
@@ -153,12 +153,16 @@ def _drive(row: _Row, stretch: Stretch, limits: DrivingLimits, starts: list[int]
 def _line(row: _Row, distance: float, leave: float, most: float, limits: DrivingLimits) -> None:
     bounds = limits.travel
     most = min(most, bounds.speed)
-    if abs(row.speed - most) < SAME_SPEED and abs(leave - most) < SAME_SPEED and abs(row.acceleration) < SAME_SPEED:
-        row.add(max(round(distance / row.speed * 1e6), DURATION_MIN_US), 0, 0)
+    if (
+        abs(row.speed - most) < MIN_SPEED_CHANGE_M_S
+        and abs(leave - most) < MIN_SPEED_CHANGE_M_S
+        and abs(row.acceleration) < MIN_SPEED_CHANGE_M_S
+    ):
+        row.add(max(round(distance / row.speed * 1e6), MIN_DURATION_US), 0, 0)
         return
     start = Axis(0.0, row.speed, row.acceleration)
     profile = to_position(start, distance, Limits(most, bounds.acceleration, bounds.jerk), leave)
-    if profile.highest > distance + OVERSHOOT or profile.lowest < -OVERSHOOT:
+    if profile.highest > distance + MAX_OVERSHOOT_M or profile.lowest < -MAX_OVERSHOOT_M:
         raise MotionError("no motion profile: the line is too short for the change of speed")
     for duration, jerk in whole_microseconds(profile):
         row.add(duration, jerk, 0)
@@ -173,8 +177,8 @@ def _curve(row: _Row, distance: float, angle: float, level: float) -> None:
         raise MotionError("no motion profile: the rover stands where a curve begins")
     duration = distance / row.speed * 1e6
     level_us = round(level * duration)
-    level_us = level_us if level_us >= DURATION_MIN_US else 0
-    side_us = max(round((duration - level_us) / 4.0), DURATION_MIN_US)
+    level_us = level_us if level_us >= MIN_DURATION_US else 0
+    side_us = max(round((duration - level_us) / 4.0), MIN_DURATION_US)
     turn = (side_us * 1e-6) ** 2 * (2 * side_us + level_us) * 1e-6  # radians for each rad/s³ of jerk
     jerk = round(angle / turn * 1e6)
     row.bend(side_us, level_us, jerk)

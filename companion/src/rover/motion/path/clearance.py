@@ -10,29 +10,28 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from rover.planning.fields import Field, GridField
 
 Array = NDArray[np.float64]
 
 # Chords are halved so often before one that is still in doubt counts as blocked: 1/64 of its length.
-HALVINGS = 6
+MAX_HALVINGS = 6
 
 
 @dataclass(frozen=True)
-class Ground:
+class ClearanceMap:
     """What the motion asks of a map.
 
-    `play`: for points (N, 2) in metres a lower bound (N,) of how far a disc of the robot's radius there may be moved
+    `margin`: for points (N, 2) in metres a lower bound (N,) of how far a disc of the robot's radius there may be moved
     in any direction before it touches anything; negative where it touches. `passes`: exact check of one straight sweep
     of that disc grown by a slack, for where the bound leaves a doubt; None when there is none.
     """
 
-    play: Callable[[Array], Array]
+    margin: Callable[[Array], Array]
     passes: Callable[[tuple[float, float], tuple[float, float], float], bool] | None = None
 
     @classmethod
-    def of(cls, field: Field, radius: float) -> Ground:
+    def of(cls, field: Field, radius: float) -> ClearanceMap:
         """Of a planner's map, for a disc of `radius` metres."""
         # A grid's clearance is interpolated between the cells' centres, by less than half a cell too much.
         error = 0.5 * field.resolution if isinstance(field, GridField) else 0.0
@@ -44,13 +43,14 @@ class Ground:
     def swept(self, a: Array, b: Array, slack: Array) -> NDArray[np.bool_]:
         """(N,) True where the disc, grown by `slack` (N,), may be swept from `a` to `b`, (N, 2) each.
 
-        Play is 1-Lipschitz: a chord is clear when its middle has play for half its length. Chords in doubt are halved.
+        The margin is 1-Lipschitz: a chord is clear when its middle has a margin of half its length. Chords in doubt
+        are halved.
         """
         clear = np.ones(len(a), dtype=bool)
         index = np.arange(len(a))
-        for _ in range(HALVINGS):
+        for _ in range(MAX_HALVINGS):
             middle = (a + b) / 2.0
-            spare = self.play(middle) - slack
+            spare = self.margin(middle) - slack
             half = np.hypot(*(b - a).T) / 2.0
             doubt = ~(spare >= half)
             if not doubt.any():

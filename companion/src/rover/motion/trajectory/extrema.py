@@ -12,18 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from rover.motion.blend import Piece
-from rover.motion.clearance import Ground
-from rover.motion.driving import DrivingLimits
-from rover.motion.trajectory import Trajectory
+from rover.motion.path.blend import Piece
+from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.trajectory.plan import Trajectory
 
 Array = NDArray[np.float64]
 
 # Parts that a segment which turns is cut into; two-point Gauss quadrature in each leaves less than 0.1 µm.
-PARTS = 8
+PARTS_PER_SEGMENT = 8
 # Metres: a path may touch what it goes around, and whole microseconds put the rover beside it by less than this.
-ROUNDING = 2e-5
+ROUNDING_M = 2e-5
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(2)
 
 
@@ -86,9 +85,9 @@ class Driven:
         self.poses: Array = np.column_stack([x, y, heading])
         # A chord is left by at most an eighth of its time squared times the acceleration across it.
         across = lateral + travel[1] * np.minimum(np.abs(turned), 1.0)
-        bulge = np.where(bends, across * (t / PARTS) ** 2 / 8.0, 0.0)
+        bulge = np.where(bends, across * (t / PARTS_PER_SEGMENT) ** 2 / 8.0, 0.0)
         inner = self.poses[:-1][bends, None, :2] + np.cumsum(parts[:, :-1], axis=1)
-        order = np.concatenate([np.arange(len(x)), np.repeat(np.flatnonzero(bends) + 0.5, PARTS - 1)])
+        order = np.concatenate([np.arange(len(x)), np.repeat(np.flatnonzero(bends) + 0.5, PARTS_PER_SEGMENT - 1)])
         sorting = np.argsort(order, kind="stable")
         self.points: Array = np.concatenate([self.poses[:, :2], inner.reshape(-1, 2)])[sorting]
         self.bulges: Array = bulge[order[sorting][:-1].astype(np.int64)]
@@ -105,11 +104,11 @@ class Driven:
         line = np.asarray(path, dtype=np.float64).reshape(-1, 2)
         return float(distance_to_polyline(self.points, line).max(initial=0.0) + self.bulges.max(initial=0.0))
 
-    def swept_clear(self, ground: Ground) -> bool:
-        """True when the footprint touches nothing along the whole way, but for ROUNDING."""
+    def swept_clear(self, clearance: ClearanceMap) -> bool:
+        """True when the footprint touches nothing along the whole way, but for ROUNDING_M."""
         a, b = self.points[:-1], self.points[1:]
         moves = np.hypot(*(b - a).T) > 1e-9
-        return bool(ground.swept(a[moves], b[moves], self.bulges[moves] - ROUNDING).all())
+        return bool(clearance.swept(a[moves], b[moves], self.bulges[moves] - ROUNDING_M).all())
 
 
 def _axis(t: Array, jerk: Array, rest: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
@@ -135,12 +134,12 @@ def _most(t: Array, v0: Array, a0: Array, jerk: Array) -> tuple[Array, Array, Ar
 
 
 def _parts(t: Array, travel: tuple[Array, Array, Array], heading: tuple[Array, Array, Array, Array]) -> Array:
-    """(N, PARTS, 2): displacement in each part of segments that turn while driving."""
+    """(N, PARTS_PER_SEGMENT, 2): displacement in each part of segments that turn while driving."""
     v0, a0, jerk = (each[:, None, None] for each in travel)
     h0, w0, b0, turn_jerk = (each[:, None, None] for each in heading)
-    at = (np.arange(PARTS)[:, None] + (_GAUSS + 1.0) / 2.0) / PARTS * t[:, None, None]
+    at = (np.arange(PARTS_PER_SEGMENT)[:, None] + (_GAUSS + 1.0) / 2.0) / PARTS_PER_SEGMENT * t[:, None, None]
     direction = h0 + at * (w0 + at * (b0 / 2.0 + at * turn_jerk / 6.0))
-    speed = (v0 + at * (a0 + at * jerk / 2.0)) * (t[:, None, None] / (2.0 * PARTS))
+    speed = (v0 + at * (a0 + at * jerk / 2.0)) * (t[:, None, None] / (2.0 * PARTS_PER_SEGMENT))
     return np.stack([(speed * np.cos(direction)) @ _WEIGHTS, (speed * np.sin(direction)) @ _WEIGHTS], axis=-1)
 
 
@@ -148,7 +147,8 @@ def distance_to_polyline(points: Array, line: Array) -> Array:
     """(M,) distance of each of (M, 2) points to the nearest point of a polyline (K, 2), metres."""
     if len(line) < 2:
         target = line[0] if len(line) else np.zeros(2)
-        return np.hypot(*(points - target).T)
+        offset = points - target
+        return np.asarray(np.hypot(offset[:, 0], offset[:, 1]), dtype=np.float64)
     best = np.full(len(points), math.inf)
     for a, b in itertools.pairwise(line):
         along = b - a

@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-
-from rover.motion import corner
+from rover.motion.path import corner
 from rover.vehicle import Limits, Vehicle
 
 Array = NDArray[np.float64]
 
-# Quantisation of durations and jerks must not carry a limit over its bound.
+# Share of each limit that is planned with: quantised durations and jerks must not exceed it.
 RESERVE = 0.998
 
 
@@ -30,14 +29,14 @@ class DrivingLimits:
     """Metres, seconds, radians.
 
     `lateral`: most speed × turn rate. `sight_range`, `sight_angle`: how far the sonar sees, and how far to each side;
-    `latency`: from what it sees to the beginning of a stop. `clearance_time`: the play beside the rover and `give`
+    `latency`: from what it sees to the beginning of a stop. `clearance_time`: the margin beside the rover and `give`
     must last for so long at its speed, if it ran straight at what is there; 0 when clearance does not matter.
     """
 
     travel: Limits
     heading: Limits
     lateral: float = 0.25
-    lowest_speed: float = 0.05
+    min_speed: float = 0.05
     sight_range: float = 2.0
     sight_angle: float = math.radians(45.0)
     latency: float = 0.13
@@ -87,7 +86,8 @@ class DrivingLimits:
             length * np.cbrt(heading.jerk / (corner.PEAK_THIRD[shape] * angle)),
             self.sight_speed(angle, length, shape),
         ]
-        return np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
+        result: Array = np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
+        return result
 
     def sight_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
         """Most speed at which the rover stops within the arc of the curve that its sonars cover."""
@@ -108,8 +108,9 @@ class DrivingLimits:
         result: Array = np.max(needed, axis=0)
         return result
 
-    def clearance_speed(self, play: Array) -> Array:
-        """Most speed where a disc of the rover's size has `play` to each side."""
+    def clearance_speed(self, margin: Array) -> Array:
+        """Most speed where a disc of the rover's size has `margin` to each side."""
         if self.clearance_time <= 0.0:
-            return np.full(np.shape(play), self.travel.speed)
-        return np.clip((play + self.give) / self.clearance_time, self.lowest_speed, self.travel.speed)
+            return np.full(np.shape(margin), self.travel.speed)
+        result: Array = np.clip((margin + self.give) / self.clearance_time, self.min_speed, self.travel.speed)
+        return result

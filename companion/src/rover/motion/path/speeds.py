@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rover.motion.blend import Piece
-from rover.motion.driving import change_distance
+from rover.motion.path.blend import Piece
+from rover.motion.path.limits import change_distance
 from rover.vehicle import Limits
 
-# Metres of each line kept back, so that rounding never makes a change of speed impossible.
-KEEP_BACK = 2e-6
+# Metres of each line that a change of speed leaves unused, so that rounding never makes it impossible.
+RESERVE_M = 2e-6
 
 
 def fastest_within(slow: float, most: float, distance: float, limits: Limits) -> float:
@@ -52,4 +52,4 @@ def _reach(piece: Piece, here: float, there: float, limits: Limits) -> float:
         return there
     if piece.angle != 0.0:
         return here
-    return fastest_within(here, there, max(0.999 * piece.length - KEEP_BACK, 0.0), limits)
+    return fastest_within(here, there, max(0.999 * piece.length - RESERVE_M, 0.0), limits)

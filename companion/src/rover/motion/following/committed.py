@@ -10,7 +10,7 @@ from rover.geometry import Pose2
 from rover.motion.segment import Segment, State, advance, after
 
 # How finely the pose is integrated where heading and travel change together; the error is below 1 µm.
-INTEGRATION_STEP = 0.01
+INTEGRATION_STEP_S = 0.01
 KEEP_S = 2.0
 
 
@@ -79,7 +79,7 @@ class CommittedMotion:
         if not end > begin or not self._pieces:
             return []
         begin = max(begin, self._pieces[0][0])
-        count = max(1, math.ceil((end - begin) / INTEGRATION_STEP))
+        count = max(1, math.ceil((end - begin) / INTEGRATION_STEP_S))
         if end <= begin:
             return []
         states = self._sample(begin, (end - begin) / count, count + 1)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from rover.geometry import Pose2, wrap_angle
-from rover.motion.committed import CommittedMotion
+from rover.motion.following.committed import CommittedMotion
 
 
 @dataclass

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from rover.cli.live import MissionView
 from rover.geometry import Pose2
+from rover.outcome import RunStatus
 from rover.report.result import Identities, MapLayers, RunResult
 
 RASTER = np.zeros((2, 2), np.float32)
@@ -49,7 +50,7 @@ def status(time: float) -> SimpleNamespace:
 @pytest.fixture
 def missions(monkeypatch):
     """Calls of run_mission; `during` happens inside it, `ends` is the status it ends with."""
-    calls = SimpleNamespace(given={}, during=lambda control: None, ends="done", controls=[])
+    calls = SimpleNamespace(given={}, during=lambda control: None, ends=RunStatus.DONE, controls=[])
 
     def run_mission(mission, **given):
         calls.given = {"mission": mission, **given}
@@ -58,7 +59,7 @@ def missions(monkeypatch):
         calls.during(given["control"])
         return RunResult(
             mission=mission.name,
-            status="aborted" if given["control"].stop else calls.ends,
+            status=RunStatus.ABORTED if given["control"].stop else calls.ends,
             reason="nothing is left",
             duration=25.0,
             distance=4.0,
@@ -100,7 +101,7 @@ def test_the_default_folder_is_named_after_mission_and_seed(rover, missions, mis
 
 @pytest.mark.parametrize(("ends", "code"), [("partial", 8), ("link_lost", 7), ("safety_stop", 6), ("no_path", 4)])
 def test_the_exit_code_is_that_of_the_result(rover, missions, mission_file, tmp_path, ends, code):
-    missions.ends = ends
+    missions.ends = RunStatus(ends)
     assert rover("run", mission_file(), "--out", tmp_path / "out").code == code
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rover.mission.goals import DISMISSED, INSPECTED, PENDING, UNREACHABLE, Goals
+from rover.mission.goals import Goals, GoalState
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,7 @@ class Place:
     y: float
 
 
-def states(goals: Goals) -> dict[str, str]:
+def states(goals: Goals) -> dict[str, GoalState]:
     return {goal.id: goal.state for goal in goals}
 
 
@@ -44,35 +44,37 @@ def test_evidence_against_a_place_drops_its_goal_and_new_evidence_brings_it_back
     goals = Goals([(1.0, 1.0)])
     goals.update([Place(1, 2.0, 3.0)])
     goals.update([])
-    assert states(goals) == {"operator-1": PENDING, "place-1": DISMISSED}
+    assert states(goals) == {"operator-1": GoalState.PENDING, "place-1": GoalState.DISMISSED}
     assert next(goal.reason for goal in goals if goal.place_id == 1) == "evidence went against it"
     goals.update([Place(1, 2.0, 3.0)])
-    assert states(goals)["place-1"] == PENDING
+    assert states(goals)["place-1"] == GoalState.PENDING
     assert all(goal.reason == "" for goal in goals)
 
 
 def test_what_was_inspected_or_given_up_stays_so() -> None:
     goals = Goals([])
     goals.update([Place(1, 2.0, 3.0), Place(2, 1.0, 1.0)])
-    for goal, state in zip(goals, (INSPECTED, UNREACHABLE), strict=True):
+    for goal, state in zip(goals, (GoalState.INSPECTED, GoalState.UNREACHABLE), strict=True):
         goal.state = state
     goals.update([])
     goals.update([Place(1, 2.0, 3.0), Place(2, 1.0, 1.0)])
-    assert states(goals) == {"place-1": INSPECTED, "place-2": UNREACHABLE}
+    assert states(goals) == {"place-1": GoalState.INSPECTED, "place-2": GoalState.UNREACHABLE}
     assert goals.pending == []
 
 
 def test_another_run_goes_on_with_what_is_inspected_and_tries_again_what_was_given_up() -> None:
     former = Goals([(0.0, 0.0), (2.0, 2.0), (1.0, 2.0)])
     former.update([Place(1, 2.0, 3.0), Place(2, 1.0, 1.0)])
-    for goal, state in zip(former, (INSPECTED, UNREACHABLE, INSPECTED, INSPECTED, UNREACHABLE), strict=True):
+    inspected, unreachable = GoalState.INSPECTED, GoalState.UNREACHABLE
+    former_states = (inspected, unreachable, inspected, inspected, unreachable)
+    for goal, state in zip(former, former_states, strict=True):
         goal.state = state
     goals = Goals([(0.0, 0.0), (2.0, 2.0), (1.5, 2.5)])
     goals.restore(former)
     assert states(goals) == {
-        "operator-1": INSPECTED,
-        "operator-2": PENDING,
-        "operator-3": PENDING,
-        "place-1": INSPECTED,
-        "place-2": PENDING,
+        "operator-1": GoalState.INSPECTED,
+        "operator-2": GoalState.PENDING,
+        "operator-3": GoalState.PENDING,
+        "place-1": GoalState.INSPECTED,
+        "place-2": GoalState.PENDING,
     }

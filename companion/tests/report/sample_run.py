@@ -6,13 +6,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rover.geometry import Pose2
+from rover.outcome import RunStatus
 from rover.report.result import (
     DetectionResult,
+    GoalKind,
     GoalResult,
     Identities,
     Localization,
     MapLayers,
     ObstacleResult,
+    ObstacleSource,
     RunResult,
     Safety,
     TimelineEntry,
@@ -86,7 +89,7 @@ def make_result(**changes: object) -> RunResult:
     path = make_path()
     values: dict[str, object] = {
         "mission": "demo",
-        "status": "partial",
+        "status": RunStatus.PARTIAL,
         "reason": "every goal is inspected but one: no way leads to it past the keep-out zones",
         "duration": 141.3,
         "distance": 9.81,
@@ -98,15 +101,15 @@ def make_result(**changes: object) -> RunResult:
         "identities": Identities("sitl", 7, "0.1.0", "0.1.0", "00abcdef", "Sitl", "db53905e", "a" * 12, "b" * 12),
         "detections": make_detections(layers),
         "goals": (
-            GoalResult(1, 2.0, 2.3, True, "operator", "", 80.2),
-            GoalResult(2, 0.75, 1.6, True, "inspection", "", 30.0),
-            GoalResult(3, 2.75, 3.4, False, "operator", "no way leads to it past the keep-out zones"),
-            GoalResult(4, 1.8, 2.6, False, "inspection", "no way to a place to look from"),
+            GoalResult(1, 2.0, 2.3, True, GoalKind.OPERATOR, "", 80.2),
+            GoalResult(2, 0.75, 1.6, True, GoalKind.INSPECTION, "", 30.0),
+            GoalResult(3, 2.75, 3.4, False, GoalKind.OPERATOR, "no way leads to it past the keep-out zones"),
+            GoalResult(4, 1.8, 2.6, False, GoalKind.INSPECTION, "no way to a place to look from"),
         ),
         "obstacles": (
-            *(ObstacleResult(x, y, r, "thermal") for x, y, r in ROCKS),
-            ObstacleResult(2.6, 0.5, 0.15, "given"),
-            ObstacleResult(2.62, 1.62, 0.06, "sonar"),
+            *(ObstacleResult(x, y, r, ObstacleSource.THERMAL) for x, y, r in ROCKS),
+            ObstacleResult(2.6, 0.5, 0.15, ObstacleSource.GIVEN),
+            ObstacleResult(2.62, 1.62, 0.06, ObstacleSource.THERMAL),
         ),
         "unsurveyed": (
             Unsurveyed(0.16, "inside a keep-out zone"),

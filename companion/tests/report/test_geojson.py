@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rover.geometry import Pose2
+from rover.outcome import RunStatus
 from rover.report.geojson import EARTH_RADIUS, Georeference, results_geojson, write_geojson
 from rover.report.result import DetectionResult, GoalResult, Identities, MapLayers, RunResult
 
@@ -21,7 +22,7 @@ DEPTH = {"Point": 0, "LineString": 1, "Polygon": 2}
 def result() -> RunResult:
     return RunResult(
         mission="strip",
-        status="done",
+        status=RunStatus.DONE,
         reason="all seen",
         duration=10.0,
         distance=1.0,

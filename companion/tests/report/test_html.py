@@ -7,8 +7,9 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from rover.outcome import RunStatus
 from rover.report.html import report_html
-from rover.report.result import EXIT_CODES, Identities, RunResult, Safety, WallClock
+from rover.report.result import Identities, RunResult, Safety, WallClock
 from sample_run import make_result
 
 PNG = b"\x89PNG not drawn"
@@ -63,8 +64,8 @@ def test_the_status_comes_first_with_its_reason(reader: Reader, result: RunResul
     assert result.reason[1:] in start
 
 
-@pytest.mark.parametrize("status", sorted(EXIT_CODES))
-def test_every_status_has_words(status: str) -> None:
+@pytest.mark.parametrize("status", RunStatus)
+def test_every_status_has_words(status: RunStatus) -> None:
     text = Reader(report_html(make_result(status=status, reason="so it was"), PNG)).text
     assert "So it was." in text
     assert "_" not in text[: text.index("Map")]
@@ -144,7 +145,7 @@ def test_what_the_report_does_not_say_is_said(result: RunResult) -> None:
 
 
 def test_ground_is_never_called_cleared_nor_safe(reader: Reader) -> None:
-    for document in (reader, Reader(report_html(make_result(status="done", detections=()), PNG))):
+    for document in (reader, Reader(report_html(make_result(status=RunStatus.DONE, detections=()), PNG))):
         assert not re.search(r"\b(clear|cleared|clearing|safe|safely|free of mines|mine-free)\b", document.text, re.I)
 
 
@@ -155,7 +156,7 @@ def test_text_from_outside_is_escaped(result: RunResult) -> None:
         mission=evil,
         reason=evil,
         detections=(replace(result.detections[0], why_not=evil, inspected=False, kind=evil),),
-        goals=(replace(result.goals[2], reason=evil, kind=evil),),
+        goals=(replace(result.goals[2], reason=evil),),
         unsurveyed=(replace(result.unsurveyed[0], reason=evil),),
         timeline=(replace(result.timeline[0], text=evil),),
         identities=replace(result.identities, firmware_version=evil, board=evil),
@@ -163,7 +164,7 @@ def test_text_from_outside_is_escaped(result: RunResult) -> None:
     )
     reader = Reader(report_html(loud, PNG))
     assert "script" not in reader.names
-    assert reader.text.count('alert("x")') >= 10
+    assert reader.text.count('alert("x")') >= 9
 
 
 def test_the_file_needs_nothing_but_itself(reader: Reader, result: RunResult) -> None:

@@ -122,7 +122,7 @@ def finding_line(finding: Finding) -> str:
 
 def summary_text(result: RunResult, report: Path) -> str:
     """A few lines for a person; the last is the path of the report."""
-    from rover.report.result import PARTIAL
+    from rover.outcome import RunStatus
 
     goals = sum(goal.reached for goal in result.goals)
     area = result.area_width * result.area_height
@@ -149,7 +149,7 @@ def summary_text(result: RunResult, report: Path) -> str:
         lines.append(
             "collisions, keep-out violations and unseen ground driven on: not known, nobody counts on a real field"
         )
-    if result.status == PARTIAL:
+    if result.status is RunStatus.PARTIAL:
         lines.append(f"to go on: rover run MISSION --resume {report.parent}")
     return "\n".join([*lines, str(report)])
 

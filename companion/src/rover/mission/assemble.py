@@ -13,18 +13,21 @@ from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.link.statistics import LinkFigures
 from rover.mission.freespace import disc_mask
-from rover.mission.goals import DISMISSED, INSPECTED
+from rover.mission.goals import GoalState
 from rover.mission.survey import Survey
 from rover.mission.track import Track
+from rover.outcome import RunStatus
 from rover.record.ate import absolute_trajectory_error
 from rover.record.tum import read_tum
 from rover.report.result import (
     DetectionResult,
+    GoalKind,
     GoalResult,
     Identities,
     Localization,
     MapLayers,
     ObstacleResult,
+    ObstacleSource,
     RunResult,
     Safety,
     TimelineEntry,
@@ -51,7 +54,7 @@ def assemble(
     grid = perception.grid
     area = survey.mission.area
     start = track.start
-    shown = ~survey.unshown()
+    shown = ~survey.coverage.unshown()
     return RunResult(
         mission=survey.mission.name,
         status=survey.outcome.status,
@@ -70,13 +73,13 @@ def assemble(
                 id=number,
                 x=goal.x,
                 y=goal.y,
-                reached=goal.state == INSPECTED,
-                kind="operator" if goal.place_id is None else "inspection",
+                reached=goal.state is GoalState.INSPECTED,
+                kind=GoalKind.OPERATOR if goal.place_id is None else GoalKind.INSPECTION,
                 reason=goal.reason,
                 time=None if goal.inspected_at is None else goal.inspected_at - start,
             )
             for number, goal in enumerate(survey.goals, start=1)
-            if goal.state != DISMISSED  # the ground there proved to be plain: nothing is left to inspect
+            if goal.state is not GoalState.DISMISSED  # the ground there proved to be plain: nothing is left to inspect
         ),
         obstacles=_obstacles(survey),
         unsurveyed=_unsurveyed(survey),
@@ -95,7 +98,7 @@ def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
     results = []
     for place in survey.perception.indications:
         goal = goals.get(place.id)
-        inspected = goal is not None and goal.state == INSPECTED
+        inspected = goal is not None and goal.state is GoalState.INSPECTED
         results.append(
             DetectionResult(
                 id=place.id,
@@ -128,14 +131,14 @@ def _cut(survey: Survey, x: float, y: float) -> NDArray[np.float32] | None:
 
 def _obstacles(survey: Survey) -> tuple[ObstacleResult, ...]:
     grid = survey.perception.grid
-    found = [ObstacleResult(x, y, r, "given") for x, y, r in survey.mission.area.obstacles]
+    found = [ObstacleResult(x, y, r, ObstacleSource.GIVEN) for x, y, r in survey.mission.area.obstacles]
     count, _, stats, centres = cv2.connectedComponentsWithStats(grid.occupied.astype(np.uint8), connectivity=8)
     for label in range(1, count):
         cells = int(stats[label, cv2.CC_STAT_AREA])
         if cells >= OBSTACLE_CELLS:
             x, y = ((centres[label] + 0.5) * grid.resolution).tolist()
             radius = math.sqrt(cells * grid.resolution**2 / math.pi)
-            found.append(ObstacleResult(x, y, radius, "thermal"))
+            found.append(ObstacleResult(x, y, radius, ObstacleSource.THERMAL))
     return tuple(found)
 
 
@@ -143,13 +146,13 @@ def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
     """Unseen ground by reason; what lies in a keep-out zone is told apart from what cannot be reached."""
     grid = survey.perception.grid
     assert survey.outcome is not None
-    unseen, hidden = survey.unseen(), survey.hidden()
+    unseen, hidden = survey.coverage.unseen(), survey.coverage.hidden()
     zones = np.zeros_like(unseen)
     for zone in survey.perception.keepout.active:
         zones |= disc_mask(grid.shape, grid.resolution, zone.x, zone.y, zone.radius)
     rest = (
         "out of view from all ground that the rover could reach"
-        if survey.outcome.status == "done"
+        if survey.outcome.status is RunStatus.DONE
         else f"the mission ended before ({survey.outcome.reason})"
     )
     parts = [

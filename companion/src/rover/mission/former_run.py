@@ -19,7 +19,7 @@ from rover.archive_file import UNREADABLE, damaged, read_archive, write_archive
 from rover.detection.place import Place
 from rover.errors import BadInput
 from rover.mission.config import Mission
-from rover.mission.goals import Goal
+from rover.mission.goals import Goal, GoalState
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import FILE_NAME as KEYFRAMES
 from rover.vision.localization.keyframe_map import KeyframeMap, load_map, save_map
@@ -66,7 +66,7 @@ def save_run(folder: Path, survey: Survey) -> None:
         "released": sorted(perception.released),
     }
     arrays = {f"layer_{name}": layer for name, layer in perception.grid.layers().items()}
-    arrays["looks"] = survey.looks
+    arrays["looks"] = survey.coverage.looks
     arrays["content"] = np.frombuffer(json.dumps(content).encode(), np.uint8)
     write_archive(folder / SURVEY, WHAT, arrays)
 
@@ -99,7 +99,7 @@ def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:
             arrays["looks"].astype(np.uint8),
             [_place(record) for record in content["places"]],
             int(content["next_place"]),
-            [Goal(**record) for record in content["goals"]],
+            [Goal(**{**record, "state": GoalState(record["state"])}) for record in content["goals"]],
             {int(number) for number in content["released"]},
         )
     except BadInput:
@@ -116,13 +116,13 @@ def go_on_from(former: FormerRun, survey: Survey) -> None:
     perception = survey.perception
     try:
         perception.grid.restore(former.layers)
-        survey.restore_looks(former.looks)
+        survey.coverage.restore(former.looks)
     except ValueError as error:
         raise damaged(former.folder / SURVEY, WHAT) from error
     perception.evidence.restore(former.places, former.next_place)
     perception.released |= former.released
     survey.goals.restore(former.goals)
-    shown = 1.0 - float(survey.unshown().mean())
+    shown = 1.0 - float(survey.coverage.unshown().mean())
     known = f"{shown:.0%} of the area and {len(former.places)} places"
     survey.timeline.append((0.0, f"going on from an earlier run: {known} known already"))
 

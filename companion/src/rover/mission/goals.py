@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from rover.mission.keepout import SuspectedPlace
+from rover.str_enum import StrEnum
 
-PENDING, INSPECTED, UNREACHABLE, DISMISSED = "pending", "inspected", "unreachable", "dismissed"
-
-# After this many arrivals that brought no view of the goal it is given up, with the reason in the report.
+# Arrivals that brought no view of the goal, after which it is given up, with the reason in the report.
 MAX_ATTEMPTS = 3
+
+
+class GoalState(StrEnum):
+    """What has become of a goal; the values stand in a run's survey file."""
+
+    PENDING = "pending"
+    INSPECTED = "inspected"
+    UNREACHABLE = "unreachable"
+    # The ground there has proved to be plain: nothing is left to inspect.
+    DISMISSED = "dismissed"
 
 
 @dataclass
@@ -21,7 +30,7 @@ class Goal:
     x: float
     y: float
     place_id: int | None
-    state: str = PENDING
+    state: GoalState = GoalState.PENDING
     reason: str = ""
     attempts: int = 0
     inspected_at: float | None = None
@@ -33,13 +42,13 @@ class Goals:
     def __init__(self, operator_points: Iterable[tuple[float, float]]) -> None:
         self._goals = [Goal(f"operator-{n}", x, y, None) for n, (x, y) in enumerate(operator_points, start=1)]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Goal]:
         return iter(self._goals)
 
     @property
     def pending(self) -> list[Goal]:
         """Goals that still want a visit."""
-        return [goal for goal in self._goals if goal.state == PENDING]
+        return [goal for goal in self._goals if goal.state is GoalState.PENDING]
 
     def update(self, suspected: Iterable[SuspectedPlace]) -> None:
         """Adds a goal for every new place, moves the others along, drops those no longer suspected."""
@@ -49,12 +58,12 @@ class Goals:
                 continue
             place = places.pop(goal.place_id, None)
             if place is None:
-                if goal.state == PENDING:
-                    goal.state, goal.reason = DISMISSED, "evidence went against it"
+                if goal.state is GoalState.PENDING:
+                    goal.state, goal.reason = GoalState.DISMISSED, "evidence went against it"
                 continue
             goal.x, goal.y = place.x, place.y
-            if goal.state == DISMISSED:
-                goal.state, goal.reason = PENDING, ""
+            if goal.state is GoalState.DISMISSED:
+                goal.state, goal.reason = GoalState.PENDING, ""
         for place in places.values():
             self._goals.append(Goal(f"place-{place.id}", place.x, place.y, place.id))
 
@@ -66,7 +75,9 @@ class Goals:
         wanted = {(goal.x, goal.y): goal for goal in self._goals}
         for goal in former:
             if goal.place_id is not None:
-                state, reason = (PENDING, "") if goal.state == UNREACHABLE else (goal.state, goal.reason)
-                self._goals.append(replace(goal, state=state, reason=reason, attempts=0, inspected_at=None))
-            elif goal.state == INSPECTED and (goal.x, goal.y) in wanted:
-                wanted[goal.x, goal.y].state = INSPECTED
+                anew = replace(goal, attempts=0, inspected_at=None)
+                if goal.state is GoalState.UNREACHABLE:
+                    anew.state, anew.reason = GoalState.PENDING, ""
+                self._goals.append(anew)
+            elif goal.state is GoalState.INSPECTED and (goal.x, goal.y) in wanted:
+                wanted[goal.x, goal.y].state = GoalState.INSPECTED

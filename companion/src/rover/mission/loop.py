@@ -16,8 +16,10 @@ from rover.errors import LinkLost, PreflightFailed, SafetyStop
 from rover.link.clock import Clock
 from rover.link.frames import FrameTransport
 from rover.link.session import Link
-from rover.mission.survey import Orders, Outcome, Survey
+from rover.mission.goals import GoalState
+from rover.mission.survey import Orders, Survey
 from rover.mission.track import Track
+from rover.outcome import Outcome, RunStatus
 from rover.record.journal import Journal
 from rover.record.topics import FIX, OPERATOR, PLACES, RIG_LOST, SEGMENTS, VERDICT_ASKED
 
@@ -113,9 +115,9 @@ class MissionLoop:
             self.link.disarm(DISARM_TIMEOUT)
         except LinkLost as error:
             self.journal.event(RIG_LOST, self.rig.now(), {"text": str(error)})
-            survey.outcome = survey.outcome or Outcome("link_lost", str(error))
+            survey.outcome = survey.outcome or Outcome(RunStatus.LINK_LOST, str(error))
         except SafetyStop as error:
-            survey.outcome = survey.outcome or Outcome("safety_stop", str(error))
+            survey.outcome = survey.outcome or Outcome(RunStatus.SAFETY_STOP, str(error))
         self._record_notes()
 
     def judge(self) -> dict[str, float | None] | None:
@@ -158,7 +160,7 @@ class MissionLoop:
             try:
                 self.link.arm()
             except PreflightFailed as error:
-                self.survey.outcome = Outcome("safety_stop", str(error))
+                self.survey.outcome = Outcome(RunStatus.SAFETY_STOP, str(error))
         if orders.segments:
             content = {"start": orders.start, "segments": [asdict(segment) for segment in orders.segments]}
             self.journal.event(SEGMENTS, self.rig.now(), content)
@@ -174,9 +176,9 @@ class MissionLoop:
             self.journal.event(OPERATOR, self.rig.now(), {"stop": wanted[0], "emergency": wanted[1]})
         if self._control.emergency:
             self.link.emergency_stop()
-            self.survey.outcome = Outcome("aborted", "emergency stop by the operator")
+            self.survey.outcome = Outcome(RunStatus.ABORTED, "emergency stop by the operator")
         elif self._control.stop:
-            self.survey.abort(Outcome("aborted", "ended by the operator"))
+            self.survey.abort(Outcome(RunStatus.ABORTED, "ended by the operator"))
 
     def _record(self, now: float, seen: bool) -> None:
         survey = self.survey
@@ -219,7 +221,7 @@ class MissionLoop:
             y=perception.pose.y,
             heading=perception.pose.heading,
             sigma=perception.sigma,
-            goals_done=sum(goal.state != "pending" for goal in goals),
+            goals_done=sum(goal.state is not GoalState.PENDING for goal in goals),
             goals=len(goals),
             indications=len(perception.indications),
             surveyed=float((perception.grid.seen | perception.grid.occupied).mean()),

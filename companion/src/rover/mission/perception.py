@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.detection.classifier import Classifier
-from rover.detection.fusion import Evidence, EvidenceSettings, Place
+from rover.detection.fusion import Evidence, EvidenceSettings
 from rover.detection.ground.detect import DetectSettings, detect
 from rover.detection.ground.image import GroundRectifier
+from rover.detection.place import Place
 from rover.geometry import Pose2
 from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
+from rover.link.words import SonarStatus
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
 from rover.mission.freespace import WHEEL_REACH
@@ -146,7 +148,7 @@ class Perception:
                 self.localizer.predict(event.time, left * scale, right * scale)
                 self._moving = max(abs(left), abs(right)) * scale > STANDING
             self._counts = (event.left_counts, event.right_counts)
-        elif isinstance(event, SonarRange) and event.status != "Dead":
+        elif isinstance(event, SonarRange) and event.status != SonarStatus.DEAD:
             pose = self.localizer.pose_at(event.time)
             self.grid.integrate_sonar(pose, self.vehicle.sonars[event.sensor], event.range_m)
         elif isinstance(event, Battery):

@@ -20,12 +20,20 @@ from rover.link.frames import FrameTransport
 from rover.link.inquiry import Told, listen
 from rover.link.self_test import Finding, self_test
 from rover.link.session import Link
+from rover.link.words import FaultCode, MotorState
 from rover.mission.config import Mission
 from rover.vision.camera.model import CameraModel
 
-READY = ("Boot", "Disarmed", "Latched")
-TAKEN_BACK = ("DeadMan", "SonarGuard", "Stall", "Underrun", "Watchdog", "SchemaMismatch")
-"""Faults of the last drive, which arming ends."""
+READY = (MotorState.BOOT, MotorState.DISARMED, MotorState.LATCHED)
+# Faults of the last drive, which arming ends.
+TAKEN_BACK = (
+    FaultCode.DEAD_MAN,
+    FaultCode.SONAR_GUARD,
+    FaultCode.STALL,
+    FaultCode.UNDERRUN,
+    FaultCode.WATCHDOG,
+    FaultCode.SCHEMA_MISMATCH,
+)
 
 FIRST_PICTURES = 4
 CAMERA_PATIENCE = 6.0

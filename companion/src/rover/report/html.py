@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rover.outcome import RunStatus
 from rover.report import machine, sections
 from rover.report.markup import NOTHING, Html, details, join, pairs, paragraph, picture, section, tag, text
 from rover.report.result import RunResult
@@ -9,12 +10,12 @@ from rover.report.style import STYLE
 
 ALARM = "status alarm"
 STATUS_WORDS = {
-    "done": ("Done", "status"),
-    "partial": ("Partly done", "status warn"),
-    "no_path": ("No path", "status warn"),
-    "aborted": ("Aborted", "status warn"),
-    "safety_stop": ("Safety stop", ALARM),
-    "link_lost": ("Link lost", ALARM),
+    RunStatus.DONE: ("Done", "status"),
+    RunStatus.PARTIAL: ("Partly done", "status warn"),
+    RunStatus.NO_PATH: ("No path", "status warn"),
+    RunStatus.ABORTED: ("Aborted", "status warn"),
+    RunStatus.SAFETY_STOP: ("Safety stop", ALARM),
+    RunStatus.LINK_LOST: ("Link lost", ALARM),
 }
 """How a status reads, and how loud it is. Done is no green: a finished survey says nothing good about the ground."""
 
@@ -46,7 +47,7 @@ def report_html(result: RunResult, map_png: bytes) -> str:
 
 
 def _headline(result: RunResult) -> Html:
-    words, css = STATUS_WORDS.get(result.status, (result.status.replace("_", " "), ALARM))
+    words, css = STATUS_WORDS[result.status]
     simulated = NOTHING
     if result.identities.simulated:
         simulated = paragraph("Simulated field: no real ground was surveyed.", "simulated")

@@ -25,7 +25,7 @@ from rover.report.palette import (
     false_colour,
     temperature_span,
 )
-from rover.report.result import DetectionResult, GoalResult, RunResult
+from rover.report.result import DetectionResult, GoalKind, GoalResult, ObstacleSource, RunResult
 
 MARGINS = (84, 92, 356, 76)
 """Left, top, right, bottom in pixels at least: axes, title, legend, axes."""
@@ -118,7 +118,7 @@ def _zones(canvas: Canvas, result: RunResult) -> None:
 
 def _obstacles(canvas: Canvas, result: RunResult) -> None:
     for obstacle in result.obstacles:
-        given = obstacle.source == "given"
+        given = obstacle.source is ObstacleSource.GIVEN
         if given:
             canvas.disc(obstacle.x, obstacle.y, obstacle.radius, OBSTACLE, alpha=0.75)
         canvas.circle(obstacle.x, obstacle.y, obstacle.radius, WHITE, 3)
@@ -165,12 +165,12 @@ def _launch(canvas: Canvas, result: RunResult) -> None:
 
 
 def _goal(canvas: Canvas, goal: GoalResult) -> None:
-    half = (14.0 if goal.kind == "operator" else 10.0) / canvas.scale
+    half = (14.0 if goal.kind is GoalKind.OPERATOR else 10.0) / canvas.scale
     diamond = np.array([[0.0, half], [half, 0.0], [0.0, -half], [-half, 0.0]])
     corners = diamond + np.array([goal.x, goal.y])
     canvas.polygon(corners, GOAL if goal.reached else WHITE)
     canvas.line(corners, WHITE if goal.reached else GOAL, 2, closed=True)
-    if goal.kind == "operator":
+    if goal.kind is GoalKind.OPERATOR:
         canvas.badge(goal.x, goal.y, f"G{goal.id}", GOAL, 9.0, 18)
 
 

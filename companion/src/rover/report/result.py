@@ -10,11 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.geometry import Pose2
+from rover.outcome import RunStatus
+from rover.str_enum import StrEnum
 
-DONE = "done"
-PARTIAL = "partial"
-EXIT_CODES = {DONE: 0, "no_path": 4, "aborted": 5, "safety_stop": 6, "link_lost": 7, PARTIAL: 8}
-"""Every status a run can end with, and the exit code that goes with it."""
+
+class GoalKind(StrEnum):
+    """Who set a goal: the mission file, or the rover to inspect an indication."""
+
+    OPERATOR = "operator"
+    INSPECTION = "inspection"
+
+
+class ObstacleSource(StrEnum):
+    """How an obstacle is known: from the mission file, or by what the rover saw."""
+
+    GIVEN = "given"
+    THERMAL = "thermal"
 
 
 @dataclass(frozen=True)
@@ -43,25 +54,25 @@ class DetectionResult:
 
 @dataclass(frozen=True)
 class GoalResult:
-    """A place to look at: `kind` "operator" (from the mission file) or "inspection" (made from a detection)."""
+    """A place to look at."""
 
     id: int
     x: float
     y: float
     reached: bool
-    kind: str = "operator"
+    kind: GoalKind = GoalKind.OPERATOR
     reason: str = ""
     time: float | None = None
 
 
 @dataclass(frozen=True)
 class ObstacleResult:
-    """A disc that was driven around; `source`: "given", "thermal" or "sonar"."""
+    """A disc that was driven around."""
 
     x: float
     y: float
     radius: float
-    source: str
+    source: ObstacleSource
 
 
 @dataclass(frozen=True)
@@ -157,13 +168,13 @@ class RealTime:
 
 @dataclass(frozen=True, eq=False)
 class RunResult:
-    """A whole mission. status: a key of EXIT_CODES; reason: one sentence that an operator understands.
+    """A whole mission. reason: one sentence that an operator understands.
 
     path: (N, 3) time, x, y of the estimated trajectory in map. Times in seconds of mission time.
     """
 
     mission: str
-    status: str
+    status: RunStatus
     reason: str
     duration: float
     distance: float
@@ -191,7 +202,7 @@ class RunResult:
     @property
     def exit_code(self) -> int:
         """Exit code of the command that ran the mission."""
-        return EXIT_CODES[self.status]
+        return self.status.exit_code
 
     def summary(self) -> dict[str, Any]:
         """The contract's JSON of `rover run`, in a fixed order of keys. Only `wall_clock` and `out` vary by run."""

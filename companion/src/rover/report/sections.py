@@ -6,9 +6,10 @@ import math
 
 from rover.report.map_plot import png_bytes, thumbnail
 from rover.report.markup import NOTHING, Html, bullets, join, paragraph, picture, section, table, tag, text
-from rover.report.result import DetectionResult, GoalResult, RunResult
+from rover.report.result import DetectionResult, GoalKind, GoalResult, RunResult
 
 CLASS_WORDS = {"surface": "mine-like, on the surface", "buried": "mine-like, buried"}
+GOAL_SETTERS = {GoalKind.OPERATOR: "operator", GoalKind.INSPECTION: "rover, to inspect an indication"}
 NO_REASON = "no reason recorded"
 SMALLEST_AREA = 0.005
 """m²; differences of areas below this are rounding."""
@@ -65,8 +66,8 @@ def _goal(goal: GoalResult) -> tuple[Html, ...]:
     at = "" if goal.time is None else f", at {clock(goal.time)}"
     reached = text(f"yes{at}") if goal.reached else join((tag("b", text("no: ")), text(goal.reason or NO_REASON)))
     return (
-        text(f"G{goal.id}" if goal.kind == "operator" else goal.id),
-        text({"operator": "operator", "inspection": "rover, to inspect an indication"}.get(goal.kind, goal.kind)),
+        text(f"G{goal.id}" if goal.kind is GoalKind.OPERATOR else goal.id),
+        text(GOAL_SETTERS[goal.kind]),
         text(f"{goal.x:.2f}, {goal.y:.2f} m"),
         reached,
     )

@@ -1,0 +1,34 @@
+"""Stops by the firmware: how many of which kind a mission goes on after."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from rover.link.words import StopCause
+
+# Stops of one cause after which the rover is armed again; of a cause that is not named here, none.
+MAX_REARMS: dict[str, int] = {
+    StopCause.SONAR_GUARD: 30,
+    StopCause.STOP_COMMAND: 100,
+    StopCause.UNDERRUN: 5,
+    StopCause.DEAD_MAN: 3,
+    StopCause.STALL: 3,
+}
+
+# Seconds between the latch and the new arming: the rover has come to rest and the pose has settled.
+REARM_DELAY_S = 0.4
+
+
+class Stops:
+    """Counts the firmware's stops of one mission, by cause."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+
+    def add(self, cause: str) -> None:
+        """One more."""
+        self._counts[cause] += 1
+
+    def too_many(self, cause: str) -> bool:
+        """True when the mission must not go on after another stop of this cause."""
+        return self._counts[cause] > MAX_REARMS.get(cause, 0)

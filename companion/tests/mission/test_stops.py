@@ -1,0 +1,37 @@
+"""After which stops by the firmware a mission goes on, and how often."""
+
+from __future__ import annotations
+
+import pytest
+from rover.link.words import StopCause
+from rover.mission.stops import MAX_REARMS, Stops
+
+
+@pytest.mark.parametrize("cause", StopCause)
+def test_a_mission_goes_on_as_often_as_the_table_says_and_no_more(cause: StopCause) -> None:
+    stops = Stops()
+    for _ in range(MAX_REARMS.get(cause, 0)):
+        stops.add(str(cause.value))  # as the wire says it
+        assert not stops.too_many(cause.value)
+    stops.add(cause.value)
+    assert stops.too_many(cause.value)
+
+
+def test_stops_of_one_cause_do_not_count_for_another() -> None:
+    stops = Stops()
+    for _ in range(MAX_REARMS[StopCause.STALL] + 1):
+        stops.add(StopCause.STALL)
+    stops.add(StopCause.SONAR_GUARD)
+    assert stops.too_many(StopCause.STALL)
+    assert not stops.too_many(StopCause.SONAR_GUARD)
+
+
+@pytest.mark.parametrize("cause", [StopCause.EMERGENCY_INPUT, StopCause.LOW_BATTERY, StopCause.ENCODER_FAULT])
+def test_nobody_rearms_after_a_button_an_empty_battery_or_a_broken_encoder(cause: StopCause) -> None:
+    assert cause not in MAX_REARMS
+
+
+def test_a_cause_that_this_version_does_not_know_ends_the_mission() -> None:
+    stops = Stops()
+    stops.add("13")
+    assert stops.too_many("13")

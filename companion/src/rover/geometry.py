@@ -44,7 +44,8 @@ class Pose2:
         """Points (N, 2) of this pose's frame in the outer frame, (N, 2)."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         rotation = np.array([[c, -s], [s, c]])
-        return np.asarray(points, dtype=np.float64) @ rotation.T + (self.x, self.y)
+        outer = np.asarray(points, dtype=np.float64) @ rotation.T + (self.x, self.y)
+        return np.asarray(outer, dtype=np.float64)
 
     def distance(self, other: Pose2) -> float:
         """Distance between the two positions in metres."""

@@ -18,7 +18,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     """The document as nested dicts; raises BadInput when it can't be read or parsed."""
     try:
         with path.open("rb") as file:
-            return tomllib.load(file)
+            document: dict[str, Any] = tomllib.load(file)
+            return document
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
     except IsADirectoryError:

@@ -7,7 +7,6 @@ import json
 import os
 import signal
 import sys
-from dataclasses import dataclass
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
@@ -19,12 +18,6 @@ from rover.report.result import Identities, MapLayers, RunResult
 
 RASTER = np.zeros((2, 2), np.float32)
 LAYERS = MapLayers((0.0, 0.0), 1.0, RASTER, RASTER > 0, RASTER > 0)
-
-
-@dataclass
-class Control:
-    stop: bool = False
-    emergency: bool = False
 
 
 def status(time: float) -> SimpleNamespace:
@@ -74,7 +67,7 @@ def missions(monkeypatch):
         )
 
     module = ModuleType("rover.mission.run")
-    module.run_mission, module.Control = run_mission, Control
+    module.run_mission = run_mission
     monkeypatch.setitem(sys.modules, "rover.mission.run", module)
     return calls
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import serial
 from rover.errors import LinkLost
-from rover.link.port import DEFAULT_BAUD
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.transport import open_port
 from rover_protocol import framing, messages
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed
-from rover.link.port import DEFAULT_BAUD
+from rover.link.baud import DEFAULT_BAUD
 from rover_protocol import framing, messages
 
 from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY, REQUEST

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from rover.errors import BadInput
+from rover.toml_table import Table
 
 from rover_hil.scenario.condition import parse_condition
 from rover_hil.scenario.language import Check
 from rover_hil.scenario.observation import WORDS, known_counter
-from rover_hil.scenario.table import Table
 
 STILL = "speed < 0.004 and turn_rate < 0.04"
 """Slower than one count of an encoder in 30 ms."""
@@ -29,43 +29,48 @@ ABOVE_AND_BELOW = {
 }
 
 
+FAULT_CHECKS = {"fault": "fault.{}", "no_fault": "not fault.{}", "counted": "count.{} > 0"}
+
+
+def check_keys(moved: bool) -> tuple[str, ...]:
+    """All keys that `read_checks` knows."""
+    keys = (*WORDS, *ABOVE_AND_BELOW, *FAULT_CHECKS, "stopped", "powered", "condition")
+    return (*keys, "moved_less_than_m") if moved else keys
+
+
 def read_checks(table: Table, moved: bool) -> tuple[Check, ...]:
     """All checks of a table. `moved`: distances since the reference event have a meaning there. Raises BadInput."""
     checks: list[Check] = []
     for key, words in WORDS.items():
-        value = table.word(key, words, None)
-        if value is not None:
-            checks.append(_check(f"{key} == {value}"))
+        if table.has(key):
+            checks.append(_check(f"{key} == {table.choice(key, words)}"))
     for key, template in ABOVE_AND_BELOW.items():
-        number = table.number(key, 0.0, 1e6, None)
-        if number is not None:
-            checks.append(_check(template.format(f"{number:g}")))
+        if table.has(key):
+            checks.append(_check(template.format(f"{table.number(key, 0.0, 1e6):g}")))
     checks += _faults(table)
     if table.has("stopped"):
         still = _check(STILL if table.flag("stopped") else f"not ({STILL})")
         checks.append(Check("stopped" if table.flag("stopped") else "moving", still.condition))
     if table.has("powered"):
         checks.append(_check("powered" if table.flag("powered") else "not powered"))
-    text = table.text("condition", None)
-    if text is not None:
+    if table.has("condition"):
         try:
-            checks.append(_check(text))
+            checks.append(_check(table.text("condition")))
         except BadInput as error:
-            raise table.error("condition", f"- {error}") from error
-    if moved:
-        most = table.number("moved_less_than_m", 0.0001, 1e3, None)
-        if most is not None:
-            checks.append(Check(f"moved less than {most:g} m", lambda seen: True, most))
+            raise table.error("condition", str(error)) from error
+    if moved and table.has("moved_less_than_m"):
+        most = table.number("moved_less_than_m", 0.0001, 1e3)
+        checks.append(Check(f"moved less than {most:g} m", lambda seen: True, most))
     return tuple(checks)
 
 
 def _faults(table: Table) -> list[Check]:
     checks = []
-    for key, template in (("fault", "fault.{}"), ("no_fault", "not fault.{}"), ("counted", "count.{} > 0")):
-        name = table.text(key, None)
-        if name is not None:
+    for key, template in FAULT_CHECKS.items():
+        if table.has(key):
+            name = table.text(key)
             if not known_counter(name):
-                raise table.error(key, f"is {name!r}: the protocol has no fault of that name")
+                raise table.error(key, f"{name!r}: the protocol has no fault of that name")
             checks.append(_check(template.format(name)))
     return checks
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from rover_hil.scenario.condition import Condition
@@ -115,4 +116,4 @@ class Scenario:
     prohibitions: tuple[Prohibition, ...]
     end: tuple[Check, ...]
     mission: str | None = None
-    plant: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    plant: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)

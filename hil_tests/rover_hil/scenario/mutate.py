@@ -21,13 +21,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed, RoverError
-from rover.toml_file import read_toml
+from rover.toml_table import Table
 
 from rover_hil.scenario.library import find, shipped
-from rover_hil.scenario.table import Table
 
 ROOT = Path(__file__).resolve().parents[3]
 MUTATIONS = Path(__file__).with_name("mutations.toml")
+EDIT = ("file", "find", "replace")
 RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
 PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
 MODELS = "companion/models"
@@ -62,15 +62,13 @@ class Mutation:
 
 def load_mutations(path: Path = MUTATIONS) -> list[Mutation]:
     """All mutations of a file. Raises BadInput."""
-    top = Table(path, "", read_toml(path))
+    top = Table.of_file(path).only("mutation")
+    known = [file.stem for file in shipped()]
     mutations = []
     for table in top.tables("mutation"):
-        also = [Table(path, f"{table.name}.also", entry) for entry in table.raw("also", [])]
-        edits = tuple(Edit(t.text("file"), t.text("find"), str(t.raw("replace"))) for t in (table, *also))
-        names = table.texts("noticed_by", [file.stem for file in shipped()])
-        mutations.append(Mutation(table.text("guard"), names, edits))
-        table.done()
-    top.done()
+        also = [entry.only(*EDIT) for entry in table.only("guard", "noticed_by", "also", *EDIT).tables("also")]
+        edits = tuple(Edit(t.text("file"), t.text("find"), t.text("replace", "")) for t in (table, *also))
+        mutations.append(Mutation(table.text("guard"), table.choices("noticed_by", known), edits))
     return mutations
 
 

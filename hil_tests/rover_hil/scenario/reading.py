@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput
-from rover.toml_file import read_toml
+from rover.toml_table import Table
 from rover_protocol import messages
 
 from rover_hil.scenario import catalogue
 from rover_hil.scenario.catalogue import FAULTS, Number, Raw, Word, Words
-from rover_hil.scenario.checks import read_checks
+from rover_hil.scenario.checks import check_keys, read_checks
 from rover_hil.scenario.condition import parse_condition
 from rover_hil.scenario.language import (
     START,
@@ -24,20 +24,30 @@ from rover_hil.scenario.language import (
     Prohibition,
     Scenario,
 )
-from rover_hil.scenario.table import Table
 
 LONGEST = 600.0
 PLANT_SECTIONS = ("drive", "battery", "sonar", "camera")
+TOP_KEYS = (
+    *("name", "description", "rigs", "seed", "transport", "max_duration_s", "settle_s"),
+    *("field", "drive", "parameters", "plant", "inject", "expect", "never", "end"),
+)
+DRIVE_KEYS = ("steps", "repeat", "speed", "arm", "disarm")
+INJECT_KEYS = ("fault", "name", "at_s", "when", "after", "duration_s")
+EXPECT_KEYS = ("name", "after", "within_s", "not_before_s", "from_s")
+NEVER_KEYS = ("name", "after", "until")
+FIELD_KEYS = ("width_m", "height_m", "launch", "obstacles")
+# Metres and degrees beyond which a field's numbers make no sense.
+MAX_COORDINATE = 1e4
 
 
 def load_scenario(path: Path) -> Scenario:
     """Reads and checks one file. Raises BadInput."""
-    return _scenario(Table(path, "", read_toml(path)))
+    return _scenario(Table.of_file(path).only(*TOP_KEYS))
 
 
 def _scenario(top: Table) -> Scenario:
-    rigs = top.texts("rigs", catalogue.RIGS)
-    transport = top.word("transport", catalogue.TRANSPORTS, "serial")
+    rigs = top.choices("rigs", catalogue.RIGS)
+    transport = top.choice("transport", catalogue.TRANSPORTS, "serial")
     drive, mission = _drive(top.table("drive"), transport)
     for section in ("field", "parameters", "plant"):
         if mission is not None and top.has(section):
@@ -48,16 +58,16 @@ def _scenario(top: Table) -> Scenario:
     events = _names(top, injections)
     expectations = [_expectation(table, number, events) for number, table in enumerate(top.tables("expect"), 1)]
     if not expectations:
-        raise top.error("expect", "is missing: a scenario says what must be observed, and within which time")
-    end = top.table("end")
+        raise top.error("expect", "missing: a scenario says what must be observed, and within which time")
+    end = top.table("end").only(*check_keys(moved=True))
     if not end.has("state"):
-        raise end.error("state", "is missing: a scenario says in which state it ends")
-    scenario = Scenario(
+        raise end.error("state", "missing: a scenario says in which state it ends")
+    return Scenario(
         path=top.path,
         name=top.text("name"),
         description=top.text("description"),
         rigs=rigs,
-        seed=top.whole("seed", 0, 2**32 - 1, 1),
+        seed=top.integer("seed", 0, 2**32 - 1, 1),
         transport=transport,
         max_duration=top.number("max_duration_s", 0.5, LONGEST, 20.0),
         settle=top.number("settle_s", 0.0, LONGEST, 0.3),
@@ -71,28 +81,22 @@ def _scenario(top: Table) -> Scenario:
         mission=mission,
         plant=_plant(top.table("plant")),
     )
-    end.done()
-    top.done()
-    return scenario
 
 
 def _drive(table: Table, transport: str) -> tuple[Drive, str | None]:
-    mission = table.text("mission", None)
-    if mission is not None:
-        table.done()
+    if table.has("mission"):
+        table.only("mission")
         if transport != "serial":
             raise table.error("mission", "is driven over serial: leave out transport")
-        return Drive(), mission
-    moves: list[Move] = []
-    for number, step in enumerate(table.raw("steps", []), 1):
-        moves += _moves(Table(table.path, f"drive.steps[{number}]", step))
+        return Drive(), table.text("mission")
+    table.only("mission", *DRIVE_KEYS)
+    moves = [move for step in table.tables("steps") for move in _moves(step)]
     drive = Drive(
-        tuple(moves) * table.whole("repeat", 1, 1000, 1),
+        tuple(moves) * table.integer("repeat", 1, 1000, 1),
         table.number("speed", 0.02, 0.45, 0.25),
         table.flag("arm", True),
         table.flag("disarm", False),
     )
-    table.done()
     if drive.moves and not drive.arm:
         raise table.error("arm", "is false, and nothing drives unarmed: leave out the steps")
     return drive, None
@@ -103,27 +107,30 @@ def _moves(step: Table) -> list[Move]:
     moves = [Move(key, step.number(key, -most, most)) for key, most in bounds.items() if step.has(key)]
     if len(moves) != 1 or len(step.names()) != 1:
         forms = "{ forward_m = … }, { turn_deg = … }, { pause_s = … }"
-        raise BadInput(f"{step.path}: {step.name} must be one of {forms}")
+        raise BadInput(f"{step.path}: [{step.name}] must be one of {forms}")
     if moves[0].kind == "pause_s" and moves[0].amount <= 0.0:
         raise step.error("pause_s", "must be positive")
     return moves if moves[0].amount else []
 
 
 def _injection(table: Table, number: int, mission: str | None) -> Injection:
-    fault = table.word("fault", tuple(FAULTS))
+    fault = table.choice("fault", tuple(FAULTS))
     kind = FAULTS[fault]
+    table.only(*INJECT_KEYS, *kind.parameters)
     if kind.needs_mission and mission is None:
-        raise table.error("fault", f"is {fault!r}, which a scripted drive does not notice: give drive.mission")
+        raise table.error("fault", f"{fault!r}: a scripted drive does not notice it, give drive.mission")
     if mission is not None and fault not in catalogue.IN_MISSIONS:
         known = ", ".join(catalogue.IN_MISSIONS)
-        raise table.error("fault", f"is {fault!r}, which is for scripted drives; in a mission there is {known}")
-    at, when, after = table.number("at_s", 0.0, LONGEST, None), table.text("when", None), table.text("after", None)
+        raise table.error("fault", f"{fault!r}, which is for scripted drives; in a mission there is {known}")
+    at = table.number("at_s", 0.0, LONGEST) if table.has("at_s") else None
+    when = table.text("when") if table.has("when") else None
+    after = table.text("after") if table.has("after") else None
     if when is not None and (at is not None or after is not None):
         raise table.error("when", "stands beside at_s or after: give one or the other")
-    duration = table.number("duration_s", 0.001, LONGEST, None)
+    duration = table.number("duration_s", 0.001, LONGEST) if table.has("duration_s") else None
     if duration is not None and not kind.lasting:
         raise table.error("duration_s", f"has no meaning: {fault} happens once")
-    injection = Injection(
+    return Injection(
         name=table.text("name", fault if number == 1 else f"{fault}-{number}"),
         fault=fault,
         at=at,
@@ -133,34 +140,29 @@ def _injection(table: Table, number: int, mission: str | None) -> Injection:
         duration=duration,
         parameters={name: _parameter(table, name, spec) for name, spec in kind.parameters.items()},
     )
-    table.done()
-    return injection
 
 
 def _condition(table: Table, text: str) -> Any:
     try:
         return parse_condition(text)
     except BadInput as error:
-        raise table.error("when", f"- {error}") from error
+        raise table.error("when", str(error)) from error
 
 
 def _parameter(table: Table, name: str, spec: catalogue.Parameter) -> ParameterValue:
     match spec:
         case Word(choices=choices, default=default):
-            return table.word(name, choices) if default is None else table.word(name, choices, default)
+            return table.choice(name, choices, default)
         case Number() as number:
             low, high = number.low, number.high
             if number.whole and table.has(name):
-                return table.whole(name, int(low), int(high))
-            given = () if number.default is None else (number.default,)
-            return table.number(name, low, high, *given)
+                return table.integer(name, int(low), int(high))
+            return table.number(name, low, high, number.default)
         case Words():
-            return table.texts(name, tuple(messages.BY_NAME), ())
+            return table.choices(name, tuple(messages.BY_NAME), ())
         case Raw():
-            values = table.raw(name, {})
-            if not isinstance(values, dict) or not all(type(value) is int for value in values.values()):
-                raise table.error(name, "must be a table of whole numbers")
-            return values
+            values = table.table(name)
+            return {key: values.integer(key, -(2**63), 2**64 - 1) for key in values.names()}
     raise AssertionError(spec)
 
 
@@ -169,10 +171,10 @@ def _check_possible(table: Table, injection: Injection, rigs: tuple[str, ...], t
     impossible = [rig for rig in rigs if rig not in kind.rigs]
     if impossible:
         raise table.error(
-            "fault", f"is {injection.fault!r}, which can't exist on {impossible[0]}: take that out of rigs"
+            "fault", f"{injection.fault!r} can't exist on {impossible[0]}: take that out of rigs"
         )
     if transport not in kind.transports:
-        raise table.error("fault", f"is {injection.fault!r}, which does not exist on transport {transport!r}")
+        raise table.error("fault", f"{injection.fault!r} does not exist on transport {transport!r}")
     if injection.fault == "send":
         _check_message(table, injection)
 
@@ -196,17 +198,18 @@ def _names(top: Table, injections: list[Injection]) -> list[str]:
         if injection.name in names:
             raise table.error("name", f"{injection.name!r} is taken")
         if injection.after is not None and injection.after not in names:
-            raise table.error("after", f"is {injection.after!r}; before this there is {', '.join(names)}")
+            raise table.error("after", f"{injection.after!r} is not one of those before this: {', '.join(names)}")
         names.append(injection.name)
     return names
 
 
 def _after(table: Table, events: list[str]) -> str:
     # Without a word about it, the fault is what one waits for.
-    return table.word("after", events, events[1] if len(events) > 1 else START)
+    return table.choice("after", events, events[1] if len(events) > 1 else START)
 
 
 def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
+    table.only(*EXPECT_KEYS, *check_keys(moved=True))
     expectation = Expectation(
         name=table.text("name", f"expect-{number}"),
         after=_after(table, events),
@@ -215,9 +218,8 @@ def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
         begin=table.number("from_s", 0.0, LONGEST, 0.0),
         checks=read_checks(table, moved=True),
     )
-    table.done()
     if not expectation.checks:
-        raise BadInput(f"{table.path}: {table.name} expects nothing: give state, cause, stopped, condition, …")
+        raise BadInput(f"{table.path}: [{table.name}] expects nothing: give state, cause, stopped, condition, …")
     for key, value in (("not_before_s", expectation.not_before), ("from_s", expectation.begin)):
         if value >= expectation.within:
             raise table.error(key, "must be less than within_s")
@@ -228,33 +230,33 @@ def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
 
 
 def _prohibition(table: Table, number: int, events: list[str]) -> Prohibition:
+    table.only(*NEVER_KEYS, *check_keys(moved=False))
     checks = read_checks(table, moved=False)
     name, after = table.text("name", f"never-{number}"), _after(table, events)
-    until = table.word("until", events, None)
-    table.done()
+    until = table.choice("until", events) if table.has("until") else None
     if len(checks) != 1:
-        raise BadInput(f"{table.path}: {table.name} must hold one thing that never happens, it holds {len(checks)}")
+        raise BadInput(f"{table.path}: [{table.name}] must hold one thing that never happens, it holds {len(checks)}")
     return Prohibition(name, after, until, checks[0])
 
 
 def _field(table: Table) -> Field:
     default = Field()
-    obstacles = tuple((x, y, radius) for x, y, radius in table.rows("obstacles", 3))
-    x, y, heading = table.numbers("launch", 3, default.launch)
+    table.only(*FIELD_KEYS)
+    circles = table.rows("obstacles", ("x", "y", "radius"), -MAX_COORDINATE, MAX_COORDINATE)
+    x, y, heading = table.row("launch", ("x", "y", "heading"), -MAX_COORDINATE, MAX_COORDINATE, default.launch)
     ground = Field(
         table.number("width_m", 0.6, 50.0, default.width),
         table.number("height_m", 0.6, 50.0, default.height),
         (x, y, heading),
-        obstacles,
+        tuple((x, y, radius) for x, y, radius in circles),
     )
-    table.done()
     if not (0.15 <= x <= ground.width - 0.15 and 0.15 <= y <= ground.height - 0.15):
         raise table.error("launch", f"lies nearer than the rover's radius of 0.15 m to the bounds: {x:g}, {y:g}")
     return ground
 
 
 def _parameters(table: Table) -> dict[str, int]:
-    values = {key: table.whole(key, -(2**31), 2**31 - 1) for key in table.names()}
+    values = {key: table.integer(key, -(2**31), 2**31 - 1) for key in table.names()}
     for key in values:
         if not key.isdigit() or not 0 < int(key) < 65_535:
             raise table.error(key, "must be the number of a parameter, see docs/reference/protocol.md")
@@ -263,9 +265,7 @@ def _parameters(table: Table) -> dict[str, int]:
 
 def _plant(table: Table) -> dict[str, dict[str, float]]:
     plant: dict[str, dict[str, float]] = {}
-    for section in table.names():
-        if section not in PLANT_SECTIONS:
-            raise table.error(section, f"is not known here; known are {', '.join(PLANT_SECTIONS)}")
+    for section in table.only(*PLANT_SECTIONS).names():
         inner = table.table(section)
         plant[section] = {key: inner.number(key, -1e12, 1e12) for key in inner.names()}
     return plant

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 from rover.errors import BadInput
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.can_lockstep import LockstepCanTransport
-from rover.link.port import DEFAULT_BAUD, SLCAN_BAUD, CanPort
+from rover.link.port import SLCAN_BAUD, CanPort
 from rover.link.transport import LockstepTransport
 from rover_plant import Plant
 

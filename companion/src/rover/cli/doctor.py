@@ -17,6 +17,7 @@ import typer
 
 from rover.cli.output import write_json, write_text
 from rover.errors import PreflightFailed, RoverError
+from rover.link.baud import DEFAULT_BAUD
 
 HELP = """Check what is installed and what is connected; exit code 3 when something that a mission needs is missing.
 
@@ -59,7 +60,7 @@ def command(
     port: Annotated[
         str | None, typer.Option(metavar="P", help="Also ask the firmware on this port, see rover status.")
     ] = None,
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bit rate of a serial port.")] = DEFAULT_BAUD,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
@@ -72,7 +73,7 @@ def command(
     return 0 if all(check.ok for check in checks) else PreflightFailed.exit_code
 
 
-def examine(port: str | None = None, baud: int = 230_400) -> list[Check]:
+def examine(port: str | None = None, baud: int = DEFAULT_BAUD) -> list[Check]:
     """Every check, in a fixed order; none of them raises."""
     checks = [_python()]
     checks += [_guarded(module, lambda m=module, d=name: _package(m, d)) for module, name in PACKAGES]  # type: ignore[misc]

@@ -10,6 +10,7 @@ import typer
 
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput, LinkLost, PreflightFailed
+from rover.link.baud import DEFAULT_BAUD
 
 if TYPE_CHECKING:
     from rover.cli.probe import Answer
@@ -41,7 +42,7 @@ def command(
     port: Annotated[str | None, typer.Option(metavar="P", help="The rover's port, see rover status.")] = None,
     file: Annotated[Path | None, typer.Option(metavar="UF2", help="The firmware.  [default: what was built]")] = None,
     drive: Annotated[Path | None, typer.Option(metavar="DIR", help="Where the boot loader's drive is mounted.")] = None,
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bit rate of a serial port.")] = DEFAULT_BAUD,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""

@@ -11,6 +11,7 @@ import typer
 from rover.cli.output import write_json, write_text
 from rover.cli.run import RigName, TransportName
 from rover.errors import BadInput
+from rover.link.baud import DEFAULT_BAUD
 
 if TYPE_CHECKING:
     from rover.link.bench import Bench, BenchResult
@@ -58,7 +59,7 @@ def bench(
         TransportName, typer.Option(help="The wire to a simulated rig; a port's name tells its own.")
     ] = TransportName.SERIAL,
     port: Annotated[str | None, typer.Option(metavar="P", help="A real board, see rover status.")] = None,
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bit rate of a serial port.")] = DEFAULT_BAUD,
     bit_error_rate: Annotated[float, typer.Option(min=0.0, max=0.01, help="Share of bits that are wrong.")] = 0.0,
     drop: Annotated[float, typer.Option(min=0.0, max=0.9, help="Share of frames that are lost.")] = 0.0,
     duplicate: Annotated[float, typer.Option(min=0.0, max=0.9, help="Share of frames that come twice.")] = 0.0,

@@ -90,7 +90,8 @@ def command(
     beginning = "looking at rover and camera" if rig is RigName.DEVICE else "laying the field and starting the rig"
     view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet, beginning=beginning)
 
-    from rover.mission.run import Control, run_mission
+    from rover.mission.loop import Control
+    from rover.mission.run import run_mission
 
     control = Control()
     with view, operator_signals(control, view.say):

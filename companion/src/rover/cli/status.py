@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import write_json, write_text
+from rover.link.baud import DEFAULT_BAUD
 
 if TYPE_CHECKING:
     from rover.cli.probe import Answer
@@ -26,7 +27,7 @@ Examples:
 
 def command(
     port: Annotated[str, typer.Option("--port", metavar="P", help="Serial port, or can:INTERFACE:CHANNEL.")],
-    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bits per second of a serial port.")] = 230_400,
+    baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bit rate of a serial port.")] = DEFAULT_BAUD,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""

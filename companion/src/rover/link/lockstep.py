@@ -23,8 +23,9 @@ from typing import Any
 
 from rover.capture.source import RigFrames
 from rover.errors import BadInput, LinkLost, PreflightFailed
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.frames import FrameTransport, SerialFrames
-from rover.link.port import DEFAULT_BAUD, CanPort, parse_port
+from rover.link.port import CanPort, parse_port
 from rover.link.transport import LockstepTransport, Mark
 
 HEADER = struct.Struct("<II")

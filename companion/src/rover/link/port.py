@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rover.errors import BadInput
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport, SerialFrames
 from rover.link.transport import SerialTransport
 
-DEFAULT_BAUD = 230_400
 CAN_BITRATE = 500_000
 
 CAN_FRAME_BITS = 47

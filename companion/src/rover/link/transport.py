@@ -15,6 +15,7 @@ from typing import Protocol
 import serial
 
 from rover.errors import LinkLost, PreflightFailed
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.clock import WallClock
 
 Chunk = tuple[float, bytes]
@@ -64,7 +65,7 @@ class SerialTransport:
     time_step = 0.0
     lead = 0.0
 
-    def __init__(self, port: str, baud: int = 230_400, clock: WallClock | None = None) -> None:
+    def __init__(self, port: str, baud: int = DEFAULT_BAUD, clock: WallClock | None = None) -> None:
         self.port = port
         self.byte_time = 0.0 if _is_usb(port) else 10.0 / baud
         self.bytes_written = 0
@@ -118,7 +119,7 @@ class LockstepTransport:
 
     time_step = 0.001
 
-    def __init__(self, port: str, baud: int = 230_400, patience: float = 5.0, lead: float = 0.0) -> None:
+    def __init__(self, port: str, baud: int = DEFAULT_BAUD, patience: float = 5.0, lead: float = 0.0) -> None:
         """`lead`: seconds after which what is written leaves, see `LockstepRig`."""
         self.port = port
         self.lead = lead

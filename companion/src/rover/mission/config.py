@@ -10,8 +10,9 @@ from typing import Any
 
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
-from rover.mission.table import Table
+from rover.link.baud import DEFAULT_BAUD
 from rover.toml_file import printable, read_toml
+from rover.toml_table import Table
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
 
@@ -107,7 +108,7 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
     for name in document:
         if name not in SECTIONS:
             raise BadInput(f"{file}: [{printable(name)}]: unknown section; known are {', '.join(SECTIONS)}")
-    tables = {name: Table(file, name, document.get(name, {}), keys) for name, keys in SECTIONS.items()}
+    tables = {name: Table(file, document.get(name, {}), name).only(*keys) for name, keys in SECTIONS.items()}
 
     area = _area(tables["area"])
     head = tables["mission"]
@@ -115,8 +116,8 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
         path=file,
         name=head.text("name", file.stem),
         time_of_day_s=head.clock_time("time_of_day", "13:00"),
-        max_duration_s=head.number("max_duration_s", 900.0, 1.0, 86_400.0),
-        goals=tuple((x, y) for x, y in head.tuples("goals", ("x", "y"), -1e4, 1e4)),
+        max_duration_s=head.number("max_duration_s", 1.0, 86_400.0, 900.0),
+        goals=tuple((x, y) for x, y in head.rows("goals", ("x", "y"), -1e4, 1e4)),
         area=area,
         launch=_launch(tables["launch"]),
         rover=_rover(tables["rover"], file),
@@ -129,17 +130,17 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
 
 def _area(table: Table) -> Area:
     return Area(
-        width=table.number("width_m", None, 1.0, 100.0),
-        height=table.number("height_m", None, 1.0, 100.0),
-        obstacles=tuple((x, y, r) for x, y, r in table.tuples("obstacles", ("x", "y", "radius"), -1e4, 1e4)),
+        width=table.number("width_m", 1.0, 100.0),
+        height=table.number("height_m", 1.0, 100.0),
+        obstacles=tuple((x, y, r) for x, y, r in table.rows("obstacles", ("x", "y", "radius"), -1e4, 1e4)),
     )
 
 
 def _launch(table: Table) -> Launch:
-    x = table.number("x_m", None, -1e4, 1e4)
-    y = table.number("y_m", None, -1e4, 1e4)
-    heading = math.radians(table.number("heading_deg", 0.0, -360.0, 360.0))
-    return Launch(Pose2(x, y, heading), table.number("surveyed_radius_m", 0.25, Vehicle().radius, 2.0))
+    x = table.number("x_m", -1e4, 1e4)
+    y = table.number("y_m", -1e4, 1e4)
+    heading = math.radians(table.number("heading_deg", -360.0, 360.0, 0.0))
+    return Launch(Pose2(x, y, heading), table.number("surveyed_radius_m", Vehicle().radius, 2.0, 0.25))
 
 
 def _beside(table: Table, key: str, file: Path, name: str) -> str:
@@ -148,9 +149,9 @@ def _beside(table: Table, key: str, file: Path, name: str) -> str:
         path = (file.parent / name).resolve()
         found = path.is_file()
     except (OSError, ValueError):
-        raise table.fail(key, f"{name!r} is no file name") from None
+        raise table.error(key, f"{name!r} is no file name") from None
     if not found:
-        raise table.fail(key, f"{path}: no such file")
+        raise table.error(key, f"{path}: no such file")
     return str(path)
 
 
@@ -161,12 +162,12 @@ def _rover(table: Table, file: Path) -> RoverSettings:
     try:
         load_camera(camera)
     except BadInput as error:
-        raise table.fail("camera", str(error)) from None
+        raise table.error("camera", str(error)) from None
     return RoverSettings(
         camera=camera,
         camera_source=table.text("camera_source", ""),
-        cruise_speed=table.number("cruise_speed_m_s", 0.25, 0.05, Vehicle().travel.speed),
-        baud=table.integer("baud", 230_400, 9_600, 4_000_000),
+        cruise_speed=table.number("cruise_speed_m_s", 0.05, Vehicle().travel.speed, 0.25),
+        baud=table.integer("baud", 9_600, 4_000_000, DEFAULT_BAUD),
     )
 
 
@@ -176,19 +177,19 @@ def _detector(table: Table, file: Path) -> DetectorSettings:
         model = _beside(table, "model", file, model)
     return DetectorSettings(
         model=model,
-        report_threshold=table.number("report_threshold", 0.3, 0.01, 0.99),
-        keepout_radius=table.number("keepout_radius_m", 0.15, 0.05, 2.0),
-        standoff=table.number("standoff_m", 0.45, 0.2, 2.0),
+        report_threshold=table.number("report_threshold", 0.01, 0.99, 0.3),
+        keepout_radius=table.number("keepout_radius_m", 0.05, 2.0, 0.15),
+        standoff=table.number("standoff_m", 0.2, 2.0, 0.45),
     )
 
 
 def _field(table: Table) -> FieldSettings:
-    depths = table.numbers("buried_mine_depths_cm", [1.0, 2.0, 5.0], 0.5, 15.0)
+    depths = table.numbers("buried_mine_depths_cm", 0.5, 15.0, [1.0, 2.0, 5.0])
     return FieldSettings(
-        soil=table.choice("soil", "loam", SOILS),
-        rocks=table.integer("rocks", 5, 0, 200),
-        grass=table.integer("grass", 4, 0, 200),
-        surface_mines=table.integer("surface_mines", 2, 0, 100),
+        soil=table.choice("soil", SOILS, "loam"),
+        rocks=table.integer("rocks", 0, 200, 5),
+        grass=table.integer("grass", 0, 200, 4),
+        surface_mines=table.integer("surface_mines", 0, 100, 2),
         buried_mine_depths=tuple(depth / 100.0 for depth in depths),
     )
 

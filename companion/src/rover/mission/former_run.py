@@ -8,6 +8,7 @@ area.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -99,7 +100,7 @@ def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:
             arrays["looks"].astype(np.uint8),
             [_place(record) for record in content["places"]],
             int(content["next_place"]),
-            [Goal(**{**record, "state": GoalState(record["state"])}) for record in content["goals"]],
+            [_goal(record) for record in content["goals"]],
             {int(number) for number in content["released"]},
         )
     except BadInput:
@@ -139,7 +140,47 @@ def _record(place: Place) -> dict[str, Any]:
 
 def _place(record: dict[str, Any]) -> Place:
     """The place again; seen before the run began."""
-    content = {name: np.array(value) if isinstance(value, list) else value for name, value in record.items()}
-    content["_seen_from"] = {(a, b, c): count for a, b, c, count in record["_seen_from"]}
-    content["first_seen"] = content["last_seen"] = 0.0
-    return Place(**content)
+    return Place(
+        id=int(record["id"]),
+        x=_finite(record["x"]),
+        y=_finite(record["y"]),
+        first_seen=0.0,
+        last_seen=0.0,
+        sigma_m=_finite(record["sigma_m"]),
+        p={str(name): _finite(value) for name, value in record["p"].items()},
+        views=int(record["views"]),
+        extent=_finite(record["extent"]),
+        suspected=bool(record["suspected"]),
+        indication=bool(record["indication"]),
+        looks=int(record["looks"]),
+        _evidence=_finite_array(record["_evidence"]),
+        _weight=_finite(record["_weight"]),
+        _seen_from={(int(a), int(b), int(c)): int(count) for a, b, c, count in record["_seen_from"]},
+        _sums=_finite_array(record["_sums"]),
+        _pose_variance=float(record["_pose_variance"]),  # infinite until the place has been seen
+    )
+
+
+def _goal(record: dict[str, Any]) -> Goal:
+    return Goal(
+        id=str(record["id"]),
+        x=_finite(record["x"]),
+        y=_finite(record["y"]),
+        place_id=None if record["place_id"] is None else int(record["place_id"]),
+        state=GoalState(record["state"]),
+        reason=str(record["reason"]),
+        attempts=int(record["attempts"]),
+        inspected_at=None if record["inspected_at"] is None else _finite(record["inspected_at"]),
+    )
+
+
+def _finite(value: Any) -> float:
+    """A place that is not a number would be lost to every comparison: no survey with one is gone on from."""
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{value} is no number")
+    return number
+
+
+def _finite_array(values: Any) -> NDArray[np.float64]:
+    return np.array([_finite(value) for value in values], dtype=np.float64)

@@ -53,9 +53,12 @@ LINK_BYTES_A_SECOND = 100_000
 class Parts(Protocol):
     """What is open: port, camera, and the clock that both go by."""
 
-    clock: WallClock
-    wire: FrameTransport
-    camera: LatestFrames
+    @property
+    def clock(self) -> WallClock: ...
+    @property
+    def wire(self) -> FrameTransport: ...
+    @property
+    def camera(self) -> LatestFrames: ...
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import rover_native
 from numpy.typing import ArrayLike, NDArray
 
 from rover.errors import BadInput
-from rover.toml_file import read_toml
+from rover.toml_table import Table
 
 # Metres beyond which coordinates lose the millimetre, and below which a side is no ground at all.
 LARGEST = 1e7
@@ -58,18 +58,10 @@ class CircleField(Field):
     @classmethod
     def load(cls, path: str | Path) -> CircleField:
         """From TOML with `width`, `height` and `obstacles = [[x, y, radius], …]`. Raises BadInput."""
-        path = Path(path)
-        data = read_toml(path)
-        for key in ("width", "height"):
-            if not _is_number(data.get(key)):
-                raise BadInput(f"{path}: needs a number `{key}` in metres")
-        obstacles = data.get("obstacles", [])
-        if not isinstance(obstacles, list) or not all(
-            isinstance(circle, list) and all(_is_number(v) for v in circle) for circle in obstacles
-        ):
-            raise BadInput(f"{path}: `obstacles` must be a list of [x, y, radius]")
+        table = Table.of_file(Path(path)).only("width", "height", "obstacles")
+        width, height = (table.number(key, LEAST_SIDE, LARGEST) for key in ("width", "height"))
         try:
-            return cls(data["width"], data["height"], obstacles)
+            return cls(width, height, table.rows("obstacles", ("x", "y", "radius"), -LARGEST, LARGEST))
         except BadInput as error:
             raise BadInput(f"{path}: {error}") from error
 
@@ -180,10 +172,6 @@ def _text(path: Path) -> str:
         raise BadInput(f"{path}: {error.strerror or error}") from error
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def _picture(path: Path) -> NDArray[np.uint8] | None:
     """The shades in a picture file; none when it is no picture or cut short: OpenCV does not say so itself."""
     logging = cv2.utils.logging
@@ -194,7 +182,7 @@ def _picture(path: Path) -> NDArray[np.uint8] | None:
         return None
     finally:
         logging.setLogLevel(level)
-    return picture if picture is not None and picture.size else None
+    return np.asarray(picture, dtype=np.uint8) if picture is not None and picture.size else None
 
 
 def _flat_yaml(path: Path) -> dict[str, str]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 from rover.errors import BadInput
-from rover.toml_file import read_toml
+from rover.toml_table import Table
 from rover.vision.camera.model import CameraModel
 
 BUILT_IN = Path(__file__).resolve().parents[2] / "cameras"
@@ -16,6 +15,18 @@ TOP_KEYS = ("name", "width", "height", "intrinsics", "mount")
 FOV_KEYS = ("hfov_deg", "vfov_deg")
 MATRIX_KEYS = ("fx", "fy", "cx", "cy", "skew", "distortion")
 MOUNT_KEYS = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
+
+# Pixels of a side of a picture.
+MIN_SIDE_PX, MAX_SIDE_PX = 8, 8192
+# A lens's angle of view, degrees.
+MIN_FOV_DEG, MAX_FOV_DEG = 1.0, 169.9
+# A focal length over the side of the picture.
+MIN_FOCAL, MAX_FOCAL = 0.2, 50.0
+MAX_SKEW_PX = 1000.0
+MAX_DISTORTION = 1e4
+# Of the mount, from the ground between the wheels.
+MAX_OFFSET_M = 20.0
+MIN_HEIGHT_M = 0.01
 
 
 def built_in_cameras() -> list[str]:
@@ -39,87 +50,39 @@ def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
 
     Raises BadInput (one line: file, key, what is expected) for anything that does not describe a camera.
     """
-    file = camera_file(name_or_path)
-    return _camera(read_toml(file), str(file), mounted)
+    top = Table.of_file(camera_file(name_or_path)).only(*TOP_KEYS)
+    name = top.text("name")
+    width, height = (top.integer(key, MIN_SIDE_PX, MAX_SIDE_PX) for key in ("width", "height"))
+    fx, fy, cx, cy, skew, distortion = _lens(top.table("intrinsics").only(*FOV_KEYS, *MATRIX_KEYS), width, height)
+    mount = top.table("mount").only(*MOUNT_KEYS)
+    x, y = (mount.number(key, -MAX_OFFSET_M, MAX_OFFSET_M, 0.0) for key in ("x_m", "y_m"))
+    z = mount.number("z_m", MIN_HEIGHT_M, MAX_OFFSET_M) if mounted or mount.has("z_m") else 0.0
+    angles = [math.radians(mount.number(key, -360.0, 360.0, 0.0)) for key in ("roll_deg", "pitch_deg", "yaw_deg")]
+    roll, pitch, yaw = angles
+    return CameraModel(
+        name, width, height, fx, fy, cx, cy, skew, distortion, x=x, y=y, z=z, roll=roll, pitch=pitch, yaw=yaw
+    )
 
 
-def _camera(content: dict[str, Any], where: str, mounted: bool) -> CameraModel:
-    _only(content, TOP_KEYS, where)
-    name = content.get("name")
-    if not isinstance(name, str) or not name:
-        raise BadInput(f"{where}: name: a text is expected")
-    width, height = (_size(content, key, where) for key in ("width", "height"))
-    mount = _table(content, "mount", MOUNT_KEYS, where) if mounted or "mount" in content else {}
-    values = {key: _number(mount, key, f"{where}: mount", 0.0) for key in MOUNT_KEYS}
-    if mounted and values["z_m"] <= 0.0:
-        raise BadInput(f"{where}: mount.z_m: a height above the ground is expected, got {values['z_m']}")
-    placed = {
-        "x": values["x_m"],
-        "y": values["y_m"],
-        "z": values["z_m"],
-        "roll": math.radians(values["roll_deg"]),
-        "pitch": math.radians(values["pitch_deg"]),
-        "yaw": math.radians(values["yaw_deg"]),
-    }
-    lens = _table(content, "intrinsics", FOV_KEYS + MATRIX_KEYS, where)
-    skew = _number(lens, "skew", f"{where}: intrinsics", 0.0)
-    distortion = _distortion(lens, where)
-    if "hfov_deg" in lens:
-        if "fx" in lens or "fy" in lens:
-            raise BadInput(f"{where}: intrinsics: give either hfov_deg or fx and fy, not both")
-        hfov = _fov(lens, "hfov_deg", where)
-        vfov = _fov(lens, "vfov_deg", where) if "vfov_deg" in lens else None
-        ideal = CameraModel.from_fov(name, width, height, hfov, vfov)
+def _lens(
+    lens: Table, width: int, height: int
+) -> tuple[float, float, float, float, float, tuple[float, ...]]:
+    """fx, fy, cx, cy, skew in pixels, and the distortion."""
+    if lens.has("hfov_deg"):
+        for key in ("fx", "fy"):
+            if lens.has(key):
+                raise lens.error(key, "stands beside hfov_deg: give either the angle or fx and fy, not both")
+        hfov = math.radians(lens.number("hfov_deg", MIN_FOV_DEG, MAX_FOV_DEG))
+        vfov = math.radians(lens.number("vfov_deg", MIN_FOV_DEG, MAX_FOV_DEG)) if lens.has("vfov_deg") else None
+        ideal = CameraModel.from_fov(lens.name, width, height, hfov, vfov)
         fx, fy = ideal.fx, ideal.fy
     else:
-        fx = _number(lens, "fx", f"{where}: intrinsics", None)
-        fy = _number(lens, "fy", f"{where}: intrinsics", None)
-    # A focal length far from the picture's size is a slip of unit (millimetres, or the 0.16 of the paper's table).
-    if not (0.2 * width < fx < 50.0 * width and 0.2 * height < fy < 50.0 * height):
-        raise BadInput(f"{where}: intrinsics: focal length in pixels expected, got fx = {fx:g}, fy = {fy:g}")
-    cx = _number(lens, "cx", f"{where}: intrinsics", (width - 1) / 2.0)
-    cy = _number(lens, "cy", f"{where}: intrinsics", (height - 1) / 2.0)
-    return CameraModel(name, width, height, fx, fy, cx, cy, skew, distortion, **placed)
-
-
-def _only(table: dict[str, Any], keys: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in keys:
-            raise BadInput(f"{where}: unknown key '{key}'; known: {', '.join(keys)}")
-
-
-def _table(content: dict[str, Any], key: str, keys: tuple[str, ...], where: str) -> dict[str, Any]:
-    table = content.get(key)
-    if not isinstance(table, dict):
-        raise BadInput(f"{where}: a table [{key}] is expected")
-    _only(table, keys, f"{where}: [{key}]")
-    return table
-
-
-def _number(table: dict[str, Any], key: str, where: str, default: float | None) -> float:
-    value = table.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise BadInput(f"{where}.{key}: a number is expected" + ("" if key in table else ", it is missing"))
-    return float(value)
-
-
-def _size(content: dict[str, Any], key: str, where: str) -> int:
-    value = content.get(key)
-    if isinstance(value, bool) or not isinstance(value, int) or not 8 <= value <= 8192:
-        raise BadInput(f"{where}: {key}: a number of pixels between 8 and 8192 is expected, got {value!r}")
-    return value
-
-
-def _fov(lens: dict[str, Any], key: str, where: str) -> float:
-    degrees = _number(lens, key, f"{where}: intrinsics", None)
-    if not 1.0 <= degrees < 170.0:
-        raise BadInput(f"{where}: intrinsics.{key}: an angle of 1 to 170 degrees is expected, got {degrees:g}")
-    return math.radians(degrees)
-
-
-def _distortion(lens: dict[str, Any], where: str) -> tuple[float, ...]:
-    values = lens.get("distortion", [])
-    numbers = isinstance(values, list) and all(isinstance(v, int | float) and math.isfinite(v) for v in values)
-    if not numbers or len(values) not in (0, 4, 5):
-        raise BadInput(f"{where}: intrinsics.distortion: [k1, k2, p1, p2] or [k1, k2, p1, p2, k3] is expected")
-    return tuple(float(v) for v in values)
+        # A focal length far from the picture's size is a slip of unit (millimetres, or the 0.16 of the paper's table).
+        fx = lens.number("fx", MIN_FOCAL * width, MAX_FOCAL * width)
+        fy = lens.number("fy", MIN_FOCAL * height, MAX_FOCAL * height)
+    cx = lens.number("cx", -width, 2.0 * width, (width - 1) / 2.0)
+    cy = lens.number("cy", -height, 2.0 * height, (height - 1) / 2.0)
+    distortion = lens.numbers("distortion", -MAX_DISTORTION, MAX_DISTORTION, ())
+    if len(distortion) not in (0, 4, 5):
+        raise lens.error("distortion", "must be [k1, k2, p1, p2] or [k1, k2, p1, p2, k3]")
+    return fx, fy, cx, cy, lens.number("skew", -MAX_SKEW_PX, MAX_SKEW_PX, 0.0), distortion

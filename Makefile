@@ -1,8 +1,12 @@
-# make setup     everything that `rover` needs, in .venv (nothing outside this folder)
-# make demo      a whole mission on the simulated rig; DATA=<dir> lays its ground with real pictures
-# make test      every test there is; make lint, make firmware, make bench beside it
-# make train     the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
-# make evaluate  docs/results/detection.md anew: every table about the detector (DATA=<dir> for those of real pictures)
+# make setup       everything that `rover` needs, in .venv (nothing outside this folder)
+# make demo        a whole mission on the simulated rig; DATA=<dir> lays its ground with real pictures
+# make test        every test there is; make test-quick those for daily work; make lint, make bench beside them
+# make firmware    ELF and UF2 for both boards, and what the emulated board needs
+# make results     the figures in docs/results anew; make results-check compares the cheap ones
+# make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
+# make evaluate    every table about the detector (DATA=<dir> for those of real pictures)
+# make lock        requirements/*.lock anew, at the newest versions that fit together
+# NEWEST=1 (in a fresh clone) installs the newest versions instead of the locked ones.
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
 
@@ -12,71 +16,105 @@ BIN := $(VENV)/bin
 SEED ?= 1
 OUT ?= runs/demo
 DATA ?=
+NEWEST ?=
 CARGO ?= cargo
 
+SHELL_SCRIPTS := .ci/run $(wildcard firmware/*.sh tools/*.sh)
 PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/pyproject.toml
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
-	-name '*.rs' -o -name Cargo.toml) Cargo.toml $(wildcard Cargo.lock)
+	-name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+HOST_CRATES := $(addprefix -p ,rover-protocol rover-core rover-long-arithmetic rover-mcp2515 rover-sitl rover-native \
+	rover-plant)
 
-.PHONY: setup setup-dev demo test test-rust test-python lint firmware bench mutate train evaluate clean
+# $(call install,NAME): what requirements/NAME.lock lists, each file checked against its hash.
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--require-hashes -r requirements/$(1).lock)
+
+.PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train evaluate \
+	results results-check lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
-$(BIN)/python:
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
+prerequisites:
+	@tools/prerequisites.sh '$(PYTHON)' '$(CARGO)'
+
+$(BIN)/python: | prerequisites
 	$(PYTHON) -m venv $(VENV)
 
-$(BIN)/rover: $(BIN)/python $(PYPROJECTS)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check "maturin>=1.7,<2"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e protocol/python -e companion -e hil_tests
-	touch $@
+$(BIN)/rover: requirements/run.lock $(PYPROJECTS) | $(BIN)/python
+	$(call install,run)
+	$(PIP_INSTALL) --no-deps --no-build-isolation -e protocol/python -e companion -e hil_tests
+	@touch $@
 
 target/.native: $(BIN)/rover $(RUST_SOURCES)
-	@command -v $(CARGO) >/dev/null || { echo "Rust is needed (cargo was not found): see README.md"; exit 1; }
-	$(CARGO) build --release --quiet -p rover-sitl
-	cd companion/native && VIRTUAL_ENV=$(CURDIR)/$(VENV) ../../$(BIN)/maturin develop --release --quiet
-	cd hil_tests/plant && VIRTUAL_ENV=$(CURDIR)/$(VENV) ../../$(BIN)/maturin develop --release --quiet
-	touch $@
+	$(CARGO) build --release --locked --quiet -p rover-sitl
+	cd companion/native && VIRTUAL_ENV='$(CURDIR)/$(VENV)' ../../$(BIN)/maturin develop --release --locked --quiet
+	cd hil_tests/plant && VIRTUAL_ENV='$(CURDIR)/$(VENV)' ../../$(BIN)/maturin develop --release --locked --quiet
+	@touch $@
 
 demo: setup
-	$(BIN)/rover run demo --rig sitl --seed $(SEED) --out $(OUT) $(if $(DATA),--data $(DATA))
+	$(BIN)/rover run demo --rig sitl --seed $(SEED) --out $(OUT) $(if $(DATA),--data '$(DATA)')
 
-$(VENV)/.dev: $(BIN)/rover requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
-	touch $@
+$(VENV)/.dev: requirements/dev.lock $(BIN)/rover
+	$(call install,dev)
+	@touch $@
 
 setup-dev: setup $(VENV)/.dev
 
 test: setup-dev firmware test-rust test-python
 
 test-rust: setup
-	$(CARGO) test --release --quiet -p rover-protocol -p rover-core -p rover-long-arithmetic -p rover-mcp2515 -p rover-sitl -p rover-native -p rover-plant
+	$(CARGO) test --release --locked --quiet $(HOST_CRATES)
 	firmware/no_panic.sh
 
 test-python: setup-dev
 	$(BIN)/python -m pytest
 
+test-quick: setup-dev
+	$(BIN)/python -m pytest -m 'not slow'
+
 lint: setup-dev
 	$(BIN)/ruff check .
+	$(BIN)/mypy
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --release --quiet --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --release --locked --quiet --workspace --all-targets -- -D warnings
+	shellcheck -x -P SCRIPTDIR $(SHELL_SCRIPTS)
 	firmware/lint.sh
 
-firmware: $(BIN)/python
-	PYTHON=$(CURDIR)/$(BIN)/python firmware/build.sh
+$(VENV)/.emulator: requirements/emulator.lock $(BIN)/rover
+	$(call install,emulator)
+	@touch $@
+
+firmware: $(VENV)/.emulator
+	PYTHON='$(CURDIR)/$(BIN)/python' firmware/build.sh
 
 bench: setup-dev
 	$(BIN)/python -m tools.bench missions
 
+results: setup-dev firmware
+	$(BIN)/python -m tools.results
+
+results-check: setup-dev
+	$(BIN)/python -m tools.results --check
+
 train: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train ground --seed $(SEED)
-	$(if $(DATA),OMP_NUM_THREADS=1 $(BIN)/python -m tools.train pictures --seed $(SEED) --data $(DATA))
+	$(if $(DATA),OMP_NUM_THREADS=1 $(BIN)/python -m tools.train pictures --seed $(SEED) --data '$(DATA)')
 
 evaluate: setup-dev
-	OMP_NUM_THREADS=1 $(BIN)/python -m tools.evaluate --seed $(SEED) $(if $(DATA),--data $(DATA))
+	OMP_NUM_THREADS=1 $(BIN)/python -m tools.evaluate --seed $(SEED) $(if $(DATA),--data '$(DATA)')
 
 mutate: setup-dev
 	$(BIN)/python -m rover_hil.scenario.mutate
+
+# One resolution for every supported Python and platform: the hashes are those of all wheels and sources.
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-annotate --no-header \
+	--upgrade --no-emit-package rover --no-emit-package rover-protocol --no-emit-package rover-hil
+lock: $(BIN)/python
+	$(PIP_INSTALL) uv
+	$(LOCK) requirements/run.in -o requirements/run.lock
+	$(LOCK) requirements/emulator.in -c requirements/run.lock -o requirements/emulator.lock
+	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -o requirements/dev.lock
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

@@ -46,7 +46,7 @@ def sitl_command() -> list[str]:
 def emulator_command() -> list[str]:
     """The emulated board with the firmware that is flashed. Raises PreflightFailed."""
     if importlib.util.find_spec("rp2040py") is None:
-        raise PreflightFailed("the emulated board needs the Python package rp2040py: run 'make setup-dev'")
+        raise PreflightFailed("the emulated board needs the Python package rp2040py: run 'make firmware'")
     return [sys.executable, "-m", "rover_hil.emulator", "--elf", str(find_elf())]
 
 

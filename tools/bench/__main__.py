@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 
-from tools.bench import detector, missions, planner, protocol, trajectory, vision
+BENCHES = ("detector", "missions", "planner", "protocol", "trajectory", "vision")
+"""Modules of tools.bench with `main(arguments) -> exit code`; each is imported when it is asked for."""
 
-BENCHES = {
-    "detector": detector.main,
-    "missions": missions.main,
-    "planner": planner.main,
-    "protocol": protocol.main,
-    "trajectory": trajectory.main,
-    "vision": vision.main,
-}
+OWN_PACKAGES = ("tools", "rover", "rover_hil", "rover_native", "rover_plant", "rover_protocol")
 
 
-def main() -> int:
-    """Dispatches to the measurement named first; lists them otherwise."""
-    if len(sys.argv) < 2 or sys.argv[1] not in BENCHES:
+def main(arguments: list[str]) -> int:
+    """Runs the measurement named first; 2 if there is none of that name, 3 if a package that it needs is missing."""
+    if not arguments or arguments[0] not in BENCHES:
         print(f"usage: python -m tools.bench {{{','.join(BENCHES)}}} [OPTIONS]", file=sys.stderr)
         return 2
-    return BENCHES[sys.argv[1]](sys.argv[2:])
+    name = arguments[0]
+    try:
+        return int(importlib.import_module(f"tools.bench.{name}").main(arguments[1:]))
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package in OWN_PACKAGES:
+            raise
+        print(f"the measurement `{name}` needs the Python package {package}: run 'make setup-dev'", file=sys.stderr)
+        return 3
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

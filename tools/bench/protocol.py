@@ -1,6 +1,6 @@
 """The rover's serial protocol beside MAVLink 2: bytes, stepping in again after garbage, cost of the codec.
 
-    pip install pymavlink && python -m tools.bench protocol
+    python -m tools.bench protocol      # after `make setup-dev`, which brings pymavlink
 
 Both sides are pure Python, so the times compare codecs and not languages. MAVLink messages are the nearest of its
 `common` dialect; the content is the same where both have a place for it.
@@ -10,23 +10,18 @@ from __future__ import annotations
 
 import argparse
 import random
-import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+from pymavlink.dialects.v20 import common as mavlink
 from rover_protocol import framing, messages
 
 SETPOINT_RATE = 50.0
 KEEP_ALIVE_PERIOD = 0.1
 BIT_ERROR_RATE = 1e-4
-
-try:
-    from pymavlink.dialects.v20 import common as mavlink
-except ImportError:  # said by main() and by the tests
-    mavlink = None
 
 
 @dataclass(frozen=True)
@@ -167,7 +162,8 @@ def resync(side: type[Rover] | type[Mavlink], seed: int, trials: int) -> Resync:
         after = [source.sonar(number) for number in range(3, 63)]
         assert len(feed(b"".join(before))) == 3
         feed(garbage)
-        good, first = 0, None
+        good = 0
+        first: int | None = None
         for position, frame in enumerate(after):
             found = len(feed(frame))
             good += found
@@ -213,9 +209,9 @@ def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
     yield "|---|--:|--:|--:|"
     for what, ours, theirs in sizes():
         yield f"| {what}, bytes | {ours} | {theirs} | {theirs / ours:.2f} |"
-    ours, theirs = motion_rates()
+    segments, set_points = motion_rates()
     what = "1 m of motion, bytes/s: segments; set-points at 50 Hz"
-    yield f"| {what} | {ours:.0f} | {theirs:.0f} | {theirs / ours:.0f} |"
+    yield f"| {what} | {segments:.0f} | {set_points:.0f} | {set_points / segments:.0f} |"
     sampled = sampled_rate()
     yield f"| the same in the rover's framing: set-points at 50 Hz | {sampled:.0f} | | |"
     line, frames_on_bus = segment_cost()
@@ -238,16 +234,13 @@ def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Prints the comparison; 2 when pymavlink is missing."""
+    """Prints the comparison."""
     parser = argparse.ArgumentParser(prog="python -m tools.bench protocol", description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--trials", type=int, default=2000, help="bursts of garbage")
     parser.add_argument("--frames", type=int, default=5000, help="frames through noise and for the timing")
     parser.add_argument("--repeats", type=int, default=7, help="timings of which the median counts")
     options = parser.parse_args(arguments)
-    if mavlink is None:
-        print("pymavlink is not installed: pip install pymavlink", file=sys.stderr)
-        return 2
     for line in table(options.seed, options.trials, options.frames, options.repeats):
         print(line)
     return 0

@@ -6,11 +6,9 @@ import pytest
 
 from tools.bench import protocol
 
-pytestmark = pytest.mark.skipif(protocol.mavlink is None, reason="pymavlink is not installed")
-
 
 @pytest.mark.parametrize("side", [protocol.Rover, protocol.Mavlink])
-def test_what_is_encoded_is_decoded(side: type) -> None:
+def test_what_is_encoded_is_decoded(side: type[protocol.Rover] | type[protocol.Mavlink]) -> None:
     source, feed = side(), side.decoder()
     assert [len(feed(source.sonar(number))) for number in range(50)] == [1] * 50
 

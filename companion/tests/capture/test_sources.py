@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rover.capture.frame import Frame
 from rover.capture.picture import read_counts, read_picture
-from rover.capture.source import SOURCES, RigFrames, open_source
+from rover.capture.source import SOURCES, open_source
 from rover.errors import BadInput
 
 
@@ -92,26 +92,3 @@ def test_plain_tiff_without_a_photometric_tag_is_read_in_both_byte_orders(tmp_pa
     file.write_bytes(file.read_bytes()[:-40])
     with pytest.raises(BadInput):
         read_picture(file)
-
-
-def header(sequence: int, ffc: bool = False) -> dict[str, object]:
-    return {"sequence": sequence, "exposure_us": sequence * 120_000, "ffc": ffc, "width": 16, "height": 12}
-
-
-def test_rig_frames_keep_order_time_and_shutter_flag_and_count_what_was_lost() -> None:
-    rig = RigFrames()
-    rig.accept([header(0), header(1, ffc=True)], counts(0).tobytes() + counts(1).tobytes())
-    rig.accept([header(4)], counts(4).tobytes())
-    frames = list(rig)
-    assert [(f.sequence, f.ffc) for f in frames] == [(0, False), (1, True), (4, False)]
-    assert frames[1].time == pytest.approx(0.12)
-    np.testing.assert_array_equal(frames[2].counts, counts(4))
-    assert rig.lost == 2
-    assert len(rig) == 0
-
-
-def test_rig_frames_whose_bytes_do_not_fit_their_headers_are_refused_whole() -> None:
-    rig = RigFrames()
-    with pytest.raises(BadInput, match="their headers say 384"):
-        rig.accept([header(0)], counts().tobytes()[:-2])
-    assert len(rig) == 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from rover.cli.main import invoke
 from rover.errors import RoverError
-from rover.link.lockstep import RigOptions, RigProcess
+from rover.link.rig import RigOptions
 from rover.mission.config import load
 
 MISSION = """

@@ -29,6 +29,27 @@ def test_the_overview_names_every_command_and_exit_code(rover):
         assert f" {code} " in listed
 
 
+def test_help_imports_nothing_heavy():
+    """It is asked for often, and the first thing that anyone sees."""
+    code = """
+import sys
+from rover.cli.commands import COMMANDS
+from rover.cli.main import invoke
+for command in ((), *((name,) for name in COMMANDS)):
+    assert invoke([*command, "--help"]) == 0, command
+    heavy = {"numpy", "cv2", "onnxruntime", "can", "serial"} & set(sys.modules)
+    assert not heavy, (command, heavy)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_misspelt_command_is_told_what_may_have_been_meant(rover):
+    result = rover("detekt")
+    assert (result.code, result.err.count("\n")) == (2, 1)
+    assert "Did you mean 'detect'" in result.err
+
+
 def test_version(rover):
     result = rover("--version")
     assert (result.code, result.err) == (0, "")

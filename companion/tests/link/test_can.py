@@ -11,8 +11,7 @@ from collections.abc import Iterator
 
 import can
 import pytest
-from rover.errors import BadInput, LinkLost, PreflightFailed
-from rover.link.can_lockstep import LockstepCanTransport
+from rover.errors import BadInput, PreflightFailed
 from rover.link.clock import WallClock
 from rover.link.port import CanPort, open_frames, parse_port
 from rover.link.session import Link
@@ -142,37 +141,6 @@ def pty() -> Iterator[Pty]:
 def slcan(name: str, **raw: int) -> bytes:
     message = messages.BY_NAME[name]
     return f"t{message.ID:03X}{message.LENGTH}{message.pack(**raw).hex().upper()}\r".encode()
-
-
-def test_frames_are_lines_of_text_and_every_character_is_counted(pty) -> None:
-    transport = LockstepCanTransport(pty.port)
-    opening = os.read(pty.master, 100)
-    assert opening == b"C\rS6\r\rO\rO\r"
-    transport.send(messages.Arm.ID, messages.Arm.pack(token=0x0107))
-    line = os.read(pty.master, 100)
-    assert line == slcan("Arm", token=0x0107) == b"t01820701\r"
-    assert transport.bytes_written == len(opening) + len(line)
-    up, _ = transport.wire_times(messages.Arm.LENGTH, 8)
-    assert up == pytest.approx(0.001 - 50e-6 + 63 / 500_000), "just before the end of a step, and 63 bits"
-    transport.close()
-
-
-def test_a_frame_has_the_time_of_the_mark_at_which_its_line_ended(pty) -> None:
-    transport = LockstepCanTransport(pty.port, patience=0.2)
-    first, second = slcan("Battery", voltage=7400), slcan("State", state=1)
-    os.write(pty.master, b"\r" + first + second + b"t99\r" + b"z\r" + slcan("Battery") + slcan("Battery"))
-    transport.announce([(1_000, 4), (2_000, 1 + len(first)), (5_000, 1 + len(first) + len(second) + 4 + 2)])
-    frames = transport.receive()
-    assert [(frame.time, frame.identifier) for frame in frames] == [
-        (pytest.approx(0.002), messages.Battery.ID),
-        (pytest.approx(0.005), messages.State.ID),
-    ]
-    assert (transport.counters.frames, transport.counters.malformed) == (2, 1)
-    assert transport.receive() == [], "what the rig has not announced is not there yet"
-    transport.announce([(6_000, 500)])
-    with pytest.raises(LinkLost, match="of 500 bytes came"):
-        transport.receive()
-    transport.close()
 
 
 def test_slcan_over_a_pty_in_real_time(pty, firmware) -> None:

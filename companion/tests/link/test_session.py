@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 from rover.errors import LinkLost, PreflightFailed, SafetyStop
 from rover.link.clock import WallClock
 from rover.link.session import Link
 from rover.link.telemetry import FirmwareState, LogLine, WheelMotion
-from rover.link.transport import LockstepTransport, SerialTransport
+from rover.link.transport import SerialTransport
 
 from .listen import listen
 
@@ -156,17 +154,3 @@ def test_over_a_real_pty_in_real_time(pty_firmware) -> None:
 def test_a_port_that_is_not_there_is_a_preflight_failure() -> None:
     with pytest.raises(PreflightFailed, match="cannot open the port /nowhere/tty: No such file"):
         SerialTransport("/nowhere/tty")
-
-
-def test_lockstep_chunks_end_at_the_marks_and_carry_their_times(pty_firmware) -> None:
-    pty_firmware.rest()
-    transport = LockstepTransport(pty_firmware.port, patience=0.2)
-    os.write(pty_firmware.master, b"abcdefgh")
-    transport.announce([(1_000, 3), (2_000, 3), (5_000, 8)])
-    assert transport.read() == [(0.001, b"abc"), (0.005, b"defgh")]
-    transport.announce([(6_000, 12)])
-    with pytest.raises(LinkLost, match="0 of 4 bytes"):
-        transport.read()
-    pty_firmware.pull()
-    with pytest.raises(LinkLost, match="link lost"):
-        transport.write(b"x")

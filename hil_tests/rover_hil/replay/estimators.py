@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from rover.capture.frame import Frame
-from rover.capture.source import RigFrames
 from rover.link.telemetry import SonarRange, WheelMotion
 from rover.mission.perception import Perception
 from rover.record.comparison import Comparison, Differs, RecordingOver
@@ -15,6 +14,7 @@ from rover.record.journal import Journal
 from rover.record.log_reader import Log
 from rover.record.topics import FIX, IMPORTED_SONAR, IMPORTED_WHEELS, PLACES
 
+from rover_hil.client.frames import RigFrames
 from rover_hil.replay.pace import Pace
 
 IMPORTED = "import"

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput
-from rover.link.lockstep import LockstepRig
 from rover.link.port import CanPort
 from rover.mission.loop import Control
 from rover.record.log_reader import Log
 from rover.record.rig_step import RigStep
 from rover.record.topics import OPERATOR, RIG_LOST
 
+from rover_hil.client.rig import LockstepRig
 from rover_hil.pty import PseudoTerminal
 from rover_hil.rig import Advance, RigFailed, RigFrame
 from rover_hil.session import Session

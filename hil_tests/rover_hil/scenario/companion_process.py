@@ -15,7 +15,8 @@ import sys
 from pathlib import Path
 
 from rover.cli.main import invoke
-from rover.link import lockstep
+
+from rover_hil.client import process
 
 STAND_IN = """
 import os, sys, time
@@ -98,7 +99,7 @@ def main(arguments: list[str]) -> int:
     """Returns the exit code of `rover run`."""
     port, control, *options = arguments
     announcement = json.dumps({"port": port, "control": control})
-    lockstep.rig_command = lambda *_: [sys.executable, "-c", STAND_IN, announcement]
+    process.rig_command = lambda *_: [sys.executable, "-c", STAND_IN, announcement]
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ.setdefault("NO_COLOR", "1")
     return invoke(["run", *options])

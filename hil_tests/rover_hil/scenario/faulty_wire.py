@@ -11,10 +11,12 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rover.link.frames import Frame, FrameTransport
-from rover.link.transport import Chunk, LockstepTransport, Mark
+from rover.link.transport import Chunk
 from rover.link.wire_around import WireAround
 from rover_protocol import framing
 
+from rover_hil.client.line import LockstepTransport
+from rover_hil.rig import Mark
 from rover_hil.scenario.probe import Probe
 from rover_hil.scenario.wire_faults import FROM_FIRMWARE, TO_FIRMWARE, Packet, WireFaults, packets_of, split_frames
 

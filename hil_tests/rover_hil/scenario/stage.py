@@ -8,11 +8,11 @@ import math
 import numpy as np
 from rover.errors import BadInput
 from rover.link.baud import DEFAULT_BAUD
-from rover.link.can_lockstep import LockstepCanTransport
 from rover.link.port import SLCAN_BAUD, CanPort
-from rover.link.transport import LockstepTransport
 from rover_plant import Plant
 
+from rover_hil.client.bus import LockstepBus
+from rover_hil.client.line import LockstepTransport
 from rover_hil.scenario.board_faults import FAULTY_RIGS, FaultyRig
 from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
 from rover_hil.scenario.language import Scenario
@@ -78,6 +78,6 @@ def build_wire(
 ) -> FaultyLine | FaultyBus:
     """The companion's end of the rig's port, with faults on it. Raises PreflightFailed."""
     if scenario.transport == "can":
-        bus = LockstepCanTransport(CanPort("slcan", port))
+        bus = LockstepBus(CanPort("slcan", port))
         return FaultyBus(bus, bus.announce, faults, probe, host)
     return FaultyLine(LockstepTransport(port, baud_of("serial")), faults, probe, host)

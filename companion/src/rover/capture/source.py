@@ -2,23 +2,24 @@
 
     for frame in open_source("folder:recordings/2024-05-01"): ...
 
-A new kind of camera is one class with `@register("name")`; nothing else changes.
+A new kind of camera is one class with `@register("name")`; nothing else changes. Other packages add theirs as entry
+points, see `rover.plugins`.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator
+from typing import Protocol
 
-import numpy as np
-
+from rover import plugins
 from rover.capture.frame import Frame
-from rover.capture.frozen import FrozenPicture
 from rover.errors import BadInput
 
 FRAME_PERIOD = 0.12
 """Seconds between frames where a source has no times of its own (8.7 Hz cameras, rounded up)."""
+
+SIMULATOR = "simulator"
+"""The kind that comes with the simulated rigs."""
 
 
 class FrameSource(Protocol):
@@ -50,54 +51,19 @@ def open_camera(location: str) -> FrameSource:
 
 
 def open_source(location: str) -> FrameSource:
-    """Opens `kind:location`; a plain path is a folder. Raises BadInput for an unknown kind or a bad location."""
+    """Opens `kind:location`; a plain path is a folder.
+
+    Raises BadInput for an unknown kind or a bad location, PreflightFailed for a kind whose package is not installed.
+    """
     kind, separator, rest = location.partition(":")
     if not separator:
         kind, rest = "folder", location
-    if kind not in SOURCES:
-        raise BadInput(f"{location}: no frame source '{kind}'; known: {', '.join(sorted(SOURCES))}")
-    return SOURCES[kind](rest)
-
-
-class RigFrames:
-    """The frames that a lock-stepped rig hands over: what it delivered waits here until it is taken.
-
-    `accept` takes one reply's headers and the pixels behind it; iterating empties the queue. Frames missing from
-    the sequence are counted in `lost`. A picture that repeats counts as one with a closed shutter: it shows nothing.
-    """
-
-    def __init__(self) -> None:
-        self._waiting: deque[Frame] = deque()
-        self._next_sequence: int | None = None
-        self._frozen = FrozenPicture()
-        self.lost = 0
-
-    def accept(self, headers: Sequence[Mapping[str, Any]], pixels: bytes) -> None:
-        """Queues the frames described by `headers` (sequence, exposure_us, ffc, width, height).
-
-        pixels: their counts, little-endian uint16, one frame after the other.
-        Raises BadInput when the number of bytes does not agree with the headers; nothing is queued then.
-        """
-        expected = sum(2 * int(h["width"]) * int(h["height"]) for h in headers)
-        if len(pixels) != expected:
-            raise BadInput(f"rig frames: {len(pixels)} bytes of pixels, their headers say {expected}")
-        offset = 0
-        for header in headers:
-            width, height = int(header["width"]), int(header["height"])
-            counts = np.frombuffer(pixels, dtype="<u2", count=width * height, offset=offset)
-            offset += 2 * width * height
-            sequence = int(header["sequence"])
-            if self._next_sequence is not None:
-                self.lost += max(0, sequence - self._next_sequence)
-            self._next_sequence = sequence + 1
-            picture = counts.reshape(height, width).astype(np.uint16)
-            repeated = self._frozen.repeats(picture)
-            closed = bool(header["ffc"]) or repeated
-            self._waiting.append(Frame(picture, int(header["exposure_us"]) * 1e-6, sequence, closed))
-
-    def __len__(self) -> int:
-        return len(self._waiting)
-
-    def __iter__(self) -> Iterator[Frame]:
-        while self._waiting:
-            yield self._waiting.popleft()
+    if kind in SOURCES:
+        return SOURCES[kind](rest)
+    added = plugins.names(plugins.CAMERAS)
+    if kind in added:
+        factory: Callable[[str], FrameSource] = plugins.load(plugins.CAMERAS, kind)
+        return factory(rest)
+    if kind == SIMULATOR:
+        raise plugins.missing(f"the frame source '{SIMULATOR}'")
+    raise BadInput(f"{location}: no frame source '{kind}'; known: {', '.join(sorted({*SOURCES, *added}))}")

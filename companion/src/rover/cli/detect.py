@@ -6,16 +6,19 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from rover.detection.classifier import Classifier
     from rover.vision.camera.model import CameraModel
+
+    Picture = NDArray[np.uint8] | NDArray[np.uint16]
 
 HELP = """Find what may be a mine in thermal pictures.
 
@@ -34,7 +37,6 @@ Examples:
 TEXTURE_KELVIN = 0.6
 """Standard deviation that the ground of a picture without kelvin is brought to, where kelvin are needed."""
 
-Picture = NDArray[np.uint8] | NDArray[np.uint16]
 Networks = dict[str, "Classifier"]
 """By kind; only those that are needed."""
 
@@ -96,6 +98,8 @@ def examine(
     camera: CameraModel | None = None,
 ) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
+    import numpy as np
+
     from rover.capture.picture import read_picture
     from rover.detection.classifier import GROUND, MINES, PICTURES
     from rover.detection.ground import detect  # noqa: F401  fetched before the clock runs
@@ -157,6 +161,8 @@ def in_grey(
     picture: Picture, metres_per_pixel: float | None, classifier: Classifier
 ) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a picture without kelvin, or without a scale."""
+    import numpy as np
+
     from rover.detection.picture.detect import detect_in_picture
 
     values = picture.astype(np.float32)
@@ -185,10 +191,10 @@ def in_kelvin(
     return found
 
 
-def in_view(
-    picture: Picture, camera: CameraModel, classifier: Classifier
-) -> list[tuple[Corners, dict[str, float]]]:
+def in_view(picture: Picture, camera: CameraModel, classifier: Classifier) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a frame of a mounted camera: found on the ground plane, told in the frame's own pixels."""
+    import numpy as np
+
     from rover.capture.frame import Frame
     from rover.detection.ground.detect import DetectSettings, detect
     from rover.detection.ground.image import rectifier_of
@@ -207,6 +213,8 @@ def in_view(
 
 def temperatures(picture: Picture) -> NDArray[np.float32]:
     """A picture (h, w) as kelvin: 16 bits are kelvin × 100; 8 bits tell no scale, so the ground's texture sets it."""
+    import numpy as np
+
     if picture.dtype == np.uint16:
         return picture.astype(np.float32) / np.float32(100.0)
     values = picture.astype(np.float32)

@@ -10,11 +10,13 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rover import plugins
 from rover.cli.output import write_json, write_text
 from rover.errors import PreflightFailed, RoverError
 from rover.link.baud import DEFAULT_BAUD
@@ -40,7 +42,7 @@ PACKAGES = (
 )
 """Modules that missions import, each with the distribution it comes in."""
 
-NATIVE = ("rover_native", "rover_plant")
+NATIVE = "rover_native"
 CAN_INTERFACES = ("socketcan", "gs_usb", "pcan", "kvaser")
 """Those of python-can's interfaces that can tell what is plugged in. An slcan adapter shows as a serial port."""
 
@@ -76,9 +78,8 @@ def command(
 def examine(port: str | None = None, baud: int = DEFAULT_BAUD) -> list[Check]:
     """Every check, in a fixed order; none of them raises."""
     checks = [_python()]
-    checks += [_guarded(module, lambda m=module, d=name: _package(m, d)) for module, name in PACKAGES]  # type: ignore[misc]
-    checks += [_guarded(module, lambda m=module: _native(m)) for module in NATIVE]  # type: ignore[misc]
-    checks += [_guarded("model", _model), _guarded("rover-sitl", _sitl)]
+    checks += [_guarded(module, partial(_package, module, name)) for module, name in PACKAGES]
+    checks += [_guarded(NATIVE, _native), _guarded("model", _model), *_rigs()]
     checks += [
         Check("firmware toolchain", True, _optional(_toolchain)),
         Check("serial ports", True, _optional(_ports)),
@@ -121,9 +122,9 @@ def _package(module: str, distribution: str) -> str:
         return str(getattr(loaded, "__version__", "unknown version"))
 
 
-def _native(module: str) -> str:
+def _native() -> str:
     try:
-        loaded = importlib.import_module(module)
+        loaded = importlib.import_module(NATIVE)
     except ImportError as error:
         raise PreflightFailed(f"not built ({error}): run 'make setup'") from error
     return str(loaded.__file__)
@@ -136,13 +137,17 @@ def _model() -> str:
     return "; ".join(f"{Path(each.path).name}, sha256 {each.sha256}" for each in loaded)
 
 
-def _sitl() -> str:
-    # The rigs are a package of their own: a rover in the field does not need them, `rover run --rig sitl` does.
-    try:
-        from rover_hil.firmware_process import find_binary
-    except ImportError as error:
-        raise PreflightFailed(f"the simulated rig is not installed ({error}): run 'make setup'") from error
-    return str(find_binary())
+def _rigs() -> list[Check]:
+    """What the simulated rigs say of themselves. A rover in the field does not need them."""
+    names = plugins.names(plugins.CHECKS)
+    if not names:
+        return [Check("simulated rigs", True, f"{plugins.missing('rover run --rig sitl')}; a real rover needs none")]
+    return [_guarded(name, partial(_plugged, name)) for name in names]
+
+
+def _plugged(name: str) -> str:
+    check: Callable[[], str] = plugins.load(plugins.CHECKS, name)
+    return check()
 
 
 def _toolchain() -> str:

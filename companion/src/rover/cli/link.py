@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import write_json, write_text
-from rover.cli.run import RigName, TransportName
 from rover.errors import BadInput
 from rover.link.baud import DEFAULT_BAUD
+from rover.link.rig import RigName, TransportName
 
 if TYPE_CHECKING:
     from rover.link.bench import Bench, BenchResult
@@ -49,10 +49,10 @@ surface_mines = 0
 buried_mine_depths_cm = []
 """
 
-group = typer.Typer(help=HELP, no_args_is_help=True, rich_markup_mode=None)
+app = typer.Typer(help=HELP, no_args_is_help=True, rich_markup_mode=None, add_completion=False)
 
 
-@group.command("bench", help=BENCH_HELP, short_help="The link under load.")
+@app.command("bench", help=BENCH_HELP, short_help="The link under load.")
 def bench(
     rig: Annotated[RigName, typer.Option(help="What is at the other end; device needs --port.")] = RigName.SITL,
     transport: Annotated[
@@ -95,14 +95,14 @@ def bench(
 def _on_rig(name: str, transport: str, disturbance: Disturbance, seconds: float, seed: int) -> BenchResult:
     """On a simulated rig in an empty field of its own."""
     from rover.link.bench import Bench
-    from rover.link.lockstep import LockstepRig, RigOptions, RigProcess
+    from rover.link.rig import RigOptions, start_rig
 
     with tempfile.TemporaryDirectory(prefix="rover-bench-", ignore_cleanup_errors=True) as folder:
         mission = Path(folder) / "bench.toml"
         mission.write_text(FIELD, encoding="utf-8")
-        process = RigProcess(RigOptions(mission, name, seed, transport=transport), Path(folder) / "rig.log")
+        process = start_rig(RigOptions(mission, name, seed, transport=transport), Path(folder) / "rig.log")
         try:
-            rig = LockstepRig(process.port, process.control)
+            rig = process.connect(DEFAULT_BAUD)
             # Firmware and rig count time from the same moment, so the firmware's clock is known.
             bench = Bench(rig.transport, rig, disturbance, seed, rig.now)
             try:

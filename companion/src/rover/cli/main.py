@@ -9,27 +9,10 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 from typer.main import get_command
 
 import rover
-from rover.cli import (
-    calibrate,
-    decode,
-    detect,
-    doctor,
-    flash,
-    hil,
-    link,
-    plan,
-    register,
-    replay,
-    run,
-    status,
-    stitch,
-    track,
-    trajectory,
-)
+from rover.cli.commands import CONTEXT, Commands
 from rover.cli.output import say, silence, write_text
 from rover.errors import Aborted, BadInput, RoverError
 
@@ -48,24 +31,13 @@ Examples:
 """
 
 
-class Commands(TyperGroup):
-    """The group of all commands. Here, because the parser has exit codes of its own for what passes through it."""
-
-    def invoke(self, ctx: Any) -> Any:
-        """As the base class; Ctrl-C outside a mission counts as ended by the operator."""
-        try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise Aborted("interrupted") from None
-
-
 app = typer.Typer(
     name="rover",
     cls=Commands,
     help=HELP,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    context_settings=dict(CONTEXT),
 )
 
 
@@ -82,26 +54,6 @@ def _options(
     ] = False,
 ) -> None:
     """Options of every command."""
-
-
-for _name, _module, _brief in (
-    ("run", run, "A mission, start to report."),
-    ("replay", replay, "A recorded stream back into a rig, compared."),
-    ("plan", plan, "A path through goals on a map."),
-    ("trajectory", trajectory, "A path to constant-jerk segments."),
-    ("register", register, "Where one picture lies in another."),
-    ("stitch", stitch, "Many pictures into one mosaic."),
-    ("track", track, "A folder of frames to camera poses."),
-    ("calibrate", calibrate, "A camera from pictures of a board, its mount, or a pair of cameras."),
-    ("decode", decode, "A radiometric picture to temperatures."),
-    ("detect", detect, "Candidates in pictures, and their classes."),
-    ("status", status, "Why a rover stopped, asked over its port."),
-    ("flash", flash, "Writes the firmware to the board and asks it for its self-test."),
-    ("doctor", doctor, "What is installed, what is connected."),
-):
-    app.command(_name, help=_module.HELP, short_help=_brief)(_module.command)
-app.add_typer(link.group, name="link")
-app.add_typer(hil.app, name="hil", help=hil.HELP, short_help="Fault scenarios on a rig.")
 
 
 def invoke(arguments: Sequence[str] | None = None) -> int:

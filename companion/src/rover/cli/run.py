@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +12,7 @@ from rover.cli.interrupt import operator_signals
 from rover.cli.live import MissionView
 from rover.cli.output import write_json, write_text
 from rover.errors import BadInput
+from rover.link.rig import RigName, TransportName
 
 if TYPE_CHECKING:
     from rover.link.self_test import Finding
@@ -36,21 +36,6 @@ Examples:
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
   rover run demo --json | jq '.detections[] | [.class, .x, .y]'
 """
-
-
-class RigName(str, Enum):
-    """What a mission can be driven on."""
-
-    SITL = "sitl"
-    EMULATOR = "emulator"
-    DEVICE = "device"
-
-
-class TransportName(str, Enum):
-    """What lies between companion and firmware."""
-
-    SERIAL = "serial"
-    CAN = "can"
 
 
 def command(

@@ -7,14 +7,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
-from rover.capture.source import FRAME_PERIOD
 from rover.cli.output import write_json, write_text
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from rover.vision.camera.model import CameraModel
@@ -84,7 +83,10 @@ def _free(
 def _over_ground(
     pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None], known: Path | None
 ) -> Sequence[CameraPose]:
+    import numpy as np
+
     from rover.capture.frame import Frame
+    from rover.capture.source import FRAME_PERIOD
     from rover.vision.localization.keyframe_map import load_map
     from rover.vision.tracking.ground_track import track_over_ground
 
@@ -97,6 +99,8 @@ def _over_ground(
 
 def document(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> dict[str, Any]:
     """The poses as JSON; t in seconds as if a frame came every FRAME_PERIOD: a folder has no times."""
+    from rover.capture.source import FRAME_PERIOD
+
     return {
         "frames": len(names),
         "tracked": len(poses),
@@ -121,6 +125,8 @@ def lines(poses: Sequence[CameraPose], names: list[str], each_ms: float) -> list
 
 def quaternion(rotation: NDArray[np.float64]) -> tuple[float, float, float, float]:
     """(x, y, z, w), w ≥ 0, of a rotation matrix (3, 3): the eigenvector of its symmetric form (Bar-Itzhack)."""
+    import numpy as np
+
     (a, b, c), (d, e, f), (g, h, i) = rotation
     form = np.array(
         [

@@ -1,14 +1,13 @@
 """Bytes to and from the firmware over a serial port, each chunk with the time at which it came.
 
-Both transports go through pyserial. On a device a thread reads and stamps what comes. On a lock-stepped rig the
-bytes travel over the pty just the same, and the rig tells at which virtual time each of them was sent.
+A thread reads the port through pyserial and stamps what comes. A lock-stepped rig has a transport of its own, which
+knows at which virtual time each byte was sent (`rover_hil.client.line`).
 """
 
 from __future__ import annotations
 
 import os
 import threading
-import time
 from collections import deque
 from typing import Protocol
 
@@ -19,7 +18,6 @@ from rover.link.baud import DEFAULT_BAUD
 from rover.link.clock import WallClock
 
 Chunk = tuple[float, bytes]
-Mark = tuple[int, int]
 
 WRITE_TIMEOUT = 2.0
 """Seconds until a port that takes no bytes counts as lost."""
@@ -82,7 +80,7 @@ class SerialTransport:
         """Sends all of `data`; raises `LinkLost`."""
         if self._failure is not None:
             raise LinkLost(self._failure)
-        _write(self._serial, self.port, data)
+        write_all(self._serial, self.port, data)
         self.bytes_written += len(data)
 
     def read(self) -> list[Chunk]:
@@ -100,7 +98,7 @@ class SerialTransport:
         self._closing = True
         if self._reader is not threading.current_thread():
             self._reader.join(timeout=1.0)
-        _close(self._serial)
+        close_port(self._serial)
 
     def _read_forever(self) -> None:
         while not self._closing:
@@ -108,65 +106,10 @@ class SerialTransport:
                 data = self._serial.read(max(1, self._serial.in_waiting))
             except (OSError, TypeError, ValueError) as error:
                 if not self._closing:
-                    self._failure = _lost(self.port, error)
+                    self._failure = lost(self.port, error)
                 return
             if data:
                 self._chunks.append((self._clock.now(), data))
-
-
-class LockstepTransport:
-    """The rig's pty: bytes are read up to the counts that the rig has announced, so their times are virtual."""
-
-    time_step = 0.001
-
-    def __init__(self, port: str, baud: int = DEFAULT_BAUD, patience: float = 5.0, lead: float = 0.0) -> None:
-        """`lead`: seconds after which what is written leaves, see `LockstepRig`."""
-        self.port = port
-        self.lead = lead
-        self.byte_time = 10.0 / baud
-        self.bytes_written = 0
-        self.bytes_read = 0
-        self._patience = patience
-        self._serial = open_port(port, baud, timeout=patience)
-        self._marks: deque[Mark] = deque()
-
-    def announce(self, marks: list[Mark]) -> None:
-        """Takes the rig's marks (virtual time in µs, bytes sent so far in all)."""
-        self._marks.extend(marks)
-
-    def write(self, data: bytes) -> None:
-        """Sends all of `data`; raises `LinkLost`."""
-        _write(self._serial, self.port, data)
-        self.bytes_written += len(data)
-
-    def read(self) -> list[Chunk]:
-        """One chunk per announced mark; raises `LinkLost` when announced bytes do not come."""
-        chunks: list[Chunk] = []
-        while self._marks:
-            time_us, total = self._marks.popleft()
-            wanted = total - self.bytes_read
-            if wanted <= 0:
-                continue
-            data = self._read_exactly(wanted)
-            self.bytes_read += wanted
-            chunks.append((time_us * 1e-6, data))
-        return chunks
-
-    def close(self) -> None:
-        """Closes the port."""
-        _close(self._serial)
-
-    def _read_exactly(self, count: int) -> bytes:
-        data = bytearray()
-        deadline = time.monotonic() + self._patience
-        while len(data) < count:
-            try:
-                data += self._serial.read(count - len(data))
-            except (OSError, TypeError, ValueError) as error:
-                raise LinkLost(_lost(self.port, error)) from error
-            if len(data) < count and time.monotonic() > deadline:
-                raise LinkLost(f"link lost: {self.port} delivered {len(data)} of {count} bytes that the rig sent")
-        return bytes(data)
 
 
 def _is_usb(port: str) -> bool:
@@ -174,21 +117,24 @@ def _is_usb(port: str) -> bool:
     return any(kind in port for kind in ("ttyACM", "usbmodem"))
 
 
-def _write(port: serial.Serial, name: str, data: bytes) -> None:
+def write_all(port: serial.Serial, name: str, data: bytes) -> None:
+    """Sends all of `data` over the port of that name. Raises LinkLost."""
     try:
         port.write(data)
     except (OSError, TypeError, ValueError) as error:
-        raise LinkLost(_lost(name, error)) from error
+        raise LinkLost(lost(name, error)) from error
 
 
-def _close(port: serial.Serial) -> None:
+def close_port(port: serial.Serial) -> None:
+    """Closes it, whether or not it is still there."""
     try:
         port.close()
     except OSError:
         return  # the other end is gone already: there is nothing left to close
 
 
-def _lost(name: str, error: Exception) -> str:
+def lost(name: str, error: Exception) -> str:
+    """The line that LinkLost carries."""
     return f"link lost: {name}: {_reason(error)}"
 
 

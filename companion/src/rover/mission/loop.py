@@ -7,14 +7,12 @@ A replay runs this same loop over a recorded rig, with a journal that compares.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from rover.capture.frame import Frame
 from rover.errors import LinkLost, PreflightFailed, SafetyStop
-from rover.link.clock import Clock
-from rover.link.frames import FrameTransport
+from rover.link.rig import Rig
 from rover.link.session import Link
 from rover.mission.goals import GoalState
 from rover.mission.survey import Orders, Survey
@@ -27,27 +25,6 @@ CYCLE = 0.02
 STATUS_PERIOD = 0.5
 # After the mission's end the rover is disarmed; this long the link may take to confirm it.
 DISARM_TIMEOUT = 2.0
-
-
-class MissionRig(Clock, Protocol):
-    """What the loop needs of a rig besides its time."""
-
-    transport: FrameTransport
-
-    @property
-    def frames(self) -> Iterable[Frame]:
-        """Pictures that have come; iterating takes them."""
-        ...
-
-    def next_cycle(self, period: float) -> float:
-        """The time at which the next cycle begins; `advance` leads there."""
-        ...
-
-    def finish(
-        self, zones: Sequence[dict[str, Any]] = (), detections: Sequence[dict[str, Any]] = ()
-    ) -> dict[str, Any] | None:
-        """Ends the mission for the rig; returns what its referee saw, None where there is none."""
-        ...
 
 
 @dataclass
@@ -85,7 +62,7 @@ class MissionLoop:
     def __init__(
         self,
         survey: Survey,
-        rig: MissionRig,
+        rig: Rig,
         journal: Journal,
         on_status: Callable[[Status], None] | None,
         control: Control,

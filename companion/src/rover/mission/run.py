@@ -21,8 +21,8 @@ from rover.detection.classifier import Classifier, default_model
 from rover.errors import BadInput
 from rover.link.device import DeviceRig
 from rover.link.handshake import Identity
-from rover.link.lockstep import LockstepRig, RigOptions, RigProcess
 from rover.link.port import CanPort, parse_port
+from rover.link.rig import Rig, RigName, RigOptions, start_rig
 from rover.link.self_test import Finding
 from rover.mission.assemble import assemble
 from rover.mission.begin import begin
@@ -30,7 +30,7 @@ from rover.mission.config import Mission
 from rover.mission.device import check, opened
 from rover.mission.former_run import FILES as FORMER_FILES
 from rover.mission.former_run import load_run, save_run
-from rover.mission.loop import CYCLE, Control, MissionLoop, MissionRig, Status
+from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, origin_of
 from rover.mission.survey import Survey
 from rover.record.recording import Recording
@@ -41,11 +41,8 @@ from rover.report.write import write_run
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
-SIMULATED = ("sitl", "emulator")
-"""Rigs that bring their own world, camera and port."""
-
-DEVICE = "device"
-"""A real rover, on a port, with a camera."""
+DEVICE = RigName.DEVICE.value
+"""A real rover, on a port, with a camera; the other rigs bring a world, camera and port of their own."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class _Prepared:
     control: Control
     resume: Path | None
 
-    def drive(self, rig: MissionRig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
+    def drive(self, rig: Rig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
         """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
         run = MissionLoop(self.survey, rig, recording, self.on_status, self.control, self.seed)
         try:
@@ -107,13 +104,13 @@ def run_mission(
 
     Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
     """
-    if rig in SIMULATED:
+    if rig not in [name.value for name in RigName]:
+        raise BadInput(f"--rig {rig}: not known; there is {', '.join(name.value for name in RigName)}")
+    if rig != DEVICE:
         if port is not None:
             raise BadInput(f"--port {port}: rig {rig} makes its own port")
         if camera_source is not None:
             raise BadInput(f"--camera-source {camera_source}: rig {rig} has a camera of its own")
-    elif rig != DEVICE:
-        raise BadInput(f"--rig {rig}: not known; there is {', '.join((*SIMULATED, DEVICE))}")
     elif data is not None:
         raise BadInput(f"--data {data}: lays the ground of a simulated field; a real one has its own")
     elif port is not None:
@@ -154,15 +151,15 @@ def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, 
     options = RigOptions(
         mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=prepared.resume
     )
-    process = RigProcess(options, out / "rig.log")
+    process = start_rig(options, out / "rig.log")
     try:
         (out / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
         with prepared.recording() as recording:
-            lockstep = LockstepRig(process.port, process.control, mission.rover.baud, CYCLE, recording.step)
-            driven = prepared.drive(lockstep, recording)
-        lockstep.close()
+            simulated = process.connect(mission.rover.baud, CYCLE, recording.step)
+            driven = prepared.drive(simulated, recording)
+        simulated.close()
         return driven
     finally:
         process.stop()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-
+from rover.cli.commands import CONTEXT
 from rover.cli.output import say, write_json, write_text
-from rover.errors import BadInput, PreflightFailed
+from rover.errors import BadInput
+from rover.link.rig import RigName
 
 if TYPE_CHECKING:
     from rover_hil.scenario.runner import Result
@@ -42,30 +42,19 @@ Examples:
 """
 FAILED = 6
 
-app = typer.Typer(help=HELP, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]})
-
-
-class ScenarioRig(str, Enum):
-    """What scenarios run on."""
-
-    SITL = "sitl"
-    EMULATOR = "emulator"
-    DEVICE = "device"
+app = typer.Typer(help=HELP, rich_markup_mode=None, add_completion=False, context_settings=dict(CONTEXT))
 
 
 @app.command("run", help=RUN_HELP, short_help="Run scenarios.")
 def run(
     scenarios: Annotated[list[str] | None, typer.Argument(metavar="SCENARIO…", help="Names, files, folders.")] = None,
     every: Annotated[bool, typer.Option("--all", help="All scenarios that ship and can exist on this rig.")] = False,
-    rig: Annotated[ScenarioRig, typer.Option(help="sitl: desktop process; emulator: emulated board.")] = (
-        ScenarioRig.SITL
-    ),
+    rig: Annotated[RigName, typer.Option(help="sitl: desktop process; emulator: emulated board.")] = (RigName.SITL),
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Write JUnit XML.")] = None,
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page with plots.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as one JSON document.")] = False,
 ) -> int:
     """See RUN_HELP."""
-    _need_rig_package()
     from rover_hil.scenario.junit import junit_xml
     from rover_hil.scenario.library import find, shipped
     from rover_hil.scenario.page import html_page
@@ -102,7 +91,6 @@ def list_scenarios(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See LIST_HELP."""
-    _need_rig_package()
     from rover_hil.scenario.catalogue import FAULTS
     from rover_hil.scenario.library import shipped
     from rover_hil.scenario.reading import load_scenario
@@ -165,10 +153,3 @@ def _write(path: Path, option: str, content: str) -> None:
         path.write_text(content, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{option} {path}: cannot be written: {error.strerror or error}") from error
-
-
-def _need_rig_package() -> None:
-    try:
-        import rover_hil.scenario  # noqa: F401
-    except ImportError as error:
-        raise PreflightFailed(f"the rigs are not installed ({error}): run 'make setup'") from error

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-
 from rover.cli.output import say, write_json, write_text
-from rover.errors import BadInput, PreflightFailed
+from rover.errors import BadInput
+from rover.link.rig import RigName
 
 if TYPE_CHECKING:
     from rover_hil.replay.play import Replayed
@@ -46,21 +45,13 @@ LINE_PERIOD = 10.0
 """Seconds of the recording between two lines of progress."""
 
 
-class ReplayRig(str, Enum):
-    """Whose firmware gets the recorded inputs."""
-
-    SITL = "sitl"
-    EMULATOR = "emulator"
-    DEVICE = "device"
-
-
 def command(
     log: Annotated[
         Path | None, typer.Argument(metavar="LOG", help="mission.mcap of a run, or an imported log.")
     ] = None,
     rig: Annotated[
-        ReplayRig, typer.Option(help="sitl: desktop process; emulator: emulated board; device: a real board.")
-    ] = ReplayRig.SITL,
+        RigName, typer.Option(help="sitl: desktop process; emulator: emulated board; device: a real board.")
+    ] = RigName.SITL,
     port: Annotated[str | None, typer.Option(metavar="P", help="Port of a real board.")] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="R", min=0.01, max=100.0, help="Real time, R times as fast; 1 is as it was.")
@@ -89,13 +80,12 @@ def command(
     """See HELP."""
     if lock_step and rate is not None:
         raise BadInput("--lock-step and --rate: one of them")
-    if rig is ReplayRig.DEVICE and (lock_step or pause or rate not in (None, 1.0)):
+    if rig is RigName.DEVICE and (lock_step or pause or rate not in (None, 1.0)):
         raise BadInput("--rig device: a board runs in real time, at rate 1 and without a pause")
-    if (port is None) == (rig is ReplayRig.DEVICE):
+    if (port is None) == (rig is RigName.DEVICE):
         raise BadInput("--rig device needs --port" if port is None else f"--port {port}: only with --rig device")
     if (log is None) == (folder is None):
         raise BadInput("name the log to replay, or with --import the folder to make one of")
-    _need_rig_package()
     if folder is not None:
         return _import(folder, out, as_json)
     if out is not None:
@@ -161,7 +151,7 @@ def text_of(result: Replayed) -> str:
 
 
 def _unit(result: Replayed) -> str:
-    return "states and sums" if result.rig == ReplayRig.DEVICE.value else "ticks"
+    return "states and sums" if result.rig == RigName.DEVICE.value else "ticks"
 
 
 def _word(difference: object) -> str:
@@ -201,10 +191,3 @@ def _progress(quiet: bool) -> Any:
             say(f"{at:.0f} s")
 
     return tell
-
-
-def _need_rig_package() -> None:
-    try:
-        import rover_hil.replay  # noqa: F401
-    except ImportError as error:
-        raise PreflightFailed(f"the rigs are not installed ({error}): run 'make setup'") from error

@@ -1,6 +1,6 @@
 """Frames of the simulated field: the rover stands at its launch and turns on the spot, no firmware, no companion.
 
-To try what follows a camera without one. A mission on a simulated rig gets its frames through `RigFrames` instead.
+To try what follows a camera without one. A mission on a simulated rig gets its frames through its rig instead.
 """
 
 from __future__ import annotations
@@ -8,21 +8,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-
 from rover.capture.frame import Frame
 from rover.capture.location import Location
-from rover.capture.source import register
-from rover.errors import BadInput, PreflightFailed
+from rover.errors import BadInput
+from rover.mission.config import load
+from rover.vision.camera.file import load_camera
+
+from rover_hil.ground import build
+from rover_hil.plant_config import build_plant
 
 STEPS_PER_READ = 20
 """Steps of one millisecond between two looks for a frame."""
 
 
-@register("simulator")
 class SimulatorSource:
     """`simulator:MISSION[?seed=1][&seconds=10][&duty=0.2]`: MISSION as for `rover run`; the same seed, the same frames.
 
-    Raises PreflightFailed when the simulated rigs are not installed, BadInput for a bad mission or option.
+    Raises BadInput for a bad mission or option.
     """
 
     def __init__(self, location: str) -> None:
@@ -35,15 +37,6 @@ class SimulatorSource:
             raise BadInput(f"{location}: duty={self.duty:g}: at most 1 is expected")
 
     def __iter__(self) -> Iterator[Frame]:
-        # The rigs are a package of their own and know missions; nothing of either is needed to read a real camera.
-        try:
-            from rover_hil.ground import build
-            from rover_hil.plant_config import build_plant
-        except ImportError as error:
-            raise PreflightFailed(f"the simulated rig is not installed ({error}): run 'make setup'") from error
-        from rover.mission.config import load
-        from rover.vision.camera.file import load_camera
-
         mission = load(self.mission)
         camera = load_camera(mission.rover.camera)
         plant = build_plant(mission, build(mission, self.seed), camera, self.seed)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 from rover.errors import LinkLost, RoverError
-from rover.link.lockstep import LockstepRig, RigOptions, RigProcess
+from rover.link.port import DEFAULT_BAUD
+from rover.link.rig import RigOptions, StartedRig, start_rig
 from rover.link.session import Link
 from rover.link.telemetry import MotorDuty, ReferenceDistance, Telemetry, WheelMotion
 from rover.mission.config import load
@@ -23,9 +24,9 @@ pytestmark = pytest.mark.rig("sitl")
 class Driven:
     """A rig, its virtual time and a connected link."""
 
-    def __init__(self, process: RigProcess) -> None:
+    def __init__(self, process: StartedRig) -> None:
         self.process = process
-        self.rig = LockstepRig(process.port, process.control)
+        self.rig = process.connect(DEFAULT_BAUD)
         self.link = Link(self.rig.transport, self.rig)
         self.identity = self.link.connect()
 
@@ -45,9 +46,8 @@ def transport() -> str:
 
 @pytest.fixture
 def driven(tmp_path: Path, transport: str) -> Iterator[Driven]:
-    pytest.importorskip("rover_hil")
     try:
-        process = RigProcess(RigOptions(load("demo").path, seed=2, transport=transport), tmp_path / "rig.log")
+        process = start_rig(RigOptions(load("demo").path, seed=2, transport=transport), tmp_path / "rig.log")
     except RoverError as error:
         pytest.skip(f"the sitl rig does not start: {error}")
     rig = Driven(process)

@@ -1,124 +1,25 @@
-"""The companion's end of a lock-stepped rig: starts its server, moves virtual time, takes frames and marks.
-
-The server is a process of its own in a session of its own: a killed companion or a Ctrl-C in the terminal leaves the
-simulated world running, as a killed companion leaves the real one.
-"""
+"""The companion's end of a lock-stepped rig: moves virtual time, takes frames and marks."""
 
 from __future__ import annotations
 
 import json
-import os
-import select
-import signal
 import socket
 import struct
-import subprocess
-import sys
-import tempfile
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from rover.capture.source import RigFrames
-from rover.errors import BadInput, LinkLost, PreflightFailed
+from rover.errors import LinkLost, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
 from rover.link.frames import FrameTransport, SerialFrames
 from rover.link.port import CanPort, parse_port
-from rover.link.transport import LockstepTransport, Mark
+from rover.link.rig import RigStep
+
+from rover_hil.client.frames import RigFrames
+from rover_hil.client.line import LockstepTransport
+from rover_hil.rig import Mark
 
 HEADER = struct.Struct("<II")
-RigStep = Callable[[int, bytes, bytes, bytes], None]
-"""Takes what the rig did in one step that ends at a time in µs: the ticks (request of 40 bytes, reply of 16, for each
-millisecond), and the bytes of the wire to and from the firmware."""
-
-START_TIMEOUT = 120.0
-"""Seconds for the rig to lay its field and open its port: the heat model of a large field takes its time."""
-
-REPLY_TIMEOUT = 60.0
-
-
-@dataclass(frozen=True)
-class RigOptions:
-    """What to start: paths as given by the user, `seed` fixes everything random in the rig.
-
-    `transport`: the wire between companion and firmware, "serial" or "can". `former`: the run whose rover drives on.
-    """
-
-    mission: Path
-    rig: str = "sitl"
-    seed: int = 0
-    out: Path | None = None
-    data: Path | None = None
-    linger: float = 60.0
-    free_run: bool = False
-    transport: str = "serial"
-    former: Path | None = None
-
-
-class RigProcess:
-    """The rig's server. Raises BadInput for what the rig refuses, PreflightFailed when it does not come up."""
-
-    def __init__(self, options: RigOptions, log: Path) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="rover-rig-", ignore_cleanup_errors=True)
-        self.control = str(Path(self._folder.name) / "control.sock")
-        self.log = log
-        with log.open("wb") as messages:
-            self._process = subprocess.Popen(
-                rig_command(options, self.control),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=messages,
-                start_new_session=True,
-            )
-        try:
-            announcement = self._announcement()
-        except BaseException:  # Ctrl-C too: nobody else knows of this process yet
-            self.stop()
-            raise
-        device = str(announcement["port"])
-        self.port = CanPort("slcan", device).name if options.transport == "can" else device
-        self.control = str(announcement["control"])
-
-    @property
-    def pid(self) -> int:
-        """Process id of the server."""
-        return self._process.pid
-
-    def stop(self, patience: float = 5.0) -> None:
-        """Ends the server."""
-        if self._process.poll() is None:
-            self._process.terminate()
-            try:
-                self._process.wait(timeout=patience)
-            except subprocess.TimeoutExpired:
-                os.killpg(self._process.pid, signal.SIGKILL)
-                self._process.wait()
-        if self._process.stdout is not None:
-            self._process.stdout.close()
-        self._folder.cleanup()
-
-    def _announcement(self) -> dict[str, Any]:
-        assert self._process.stdout is not None
-        line = _read_line(self._process.stdout.fileno(), START_TIMEOUT)
-        try:
-            announcement = json.loads(line)
-            if not {"port", "control"} <= announcement.keys():
-                raise ValueError("port or control is missing")
-        except (ValueError, AttributeError) as error:
-            code = self._wait_briefly()
-            said = _last_line(self.log)
-            if code == BadInput.exit_code:
-                raise BadInput(said) from error
-            raise PreflightFailed(f"the rig did not start: {said or 'it said nothing'} (log: {self.log})") from error
-        return announcement
-
-    def _wait_briefly(self) -> int | None:
-        try:
-            return self._process.wait(timeout=2.0)
-        except subprocess.TimeoutExpired:
-            return None
+REPLY_TIMEOUT_S = 60.0
 
 
 class LockstepRig:
@@ -234,31 +135,13 @@ class LockstepRig:
         return reply, blob
 
 
-def rig_command(options: RigOptions, control: str) -> list[str]:
-    """The command line of the rig's server."""
-    command = [sys.executable, "-m", "rover_hil", "serve"]
-    command += ["--mission", str(options.mission), "--rig", options.rig, "--seed", str(options.seed)]
-    command += ["--control", control, "--linger", f"{options.linger:g}"]
-    if options.out is not None:
-        command += ["--out", str(options.out)]
-    if options.data is not None:
-        command += ["--data", str(options.data)]
-    if options.free_run:
-        command.append("--free-run")
-    if options.transport != "serial":
-        command += ["--wire", options.transport]
-    if options.former is not None:
-        command += ["--former", str(options.former)]
-    return command
-
-
 def open_lockstep(port: str, baud: int, lead: float) -> tuple[FrameTransport, Callable[[list[Mark]], None]]:
     """A rig's port, and what takes its marks; `lead`: seconds until what is written leaves. Raises PreflightFailed."""
     parsed = parse_port(port)
     if isinstance(parsed, CanPort):
-        from rover.link.can_lockstep import LockstepCanTransport  # python-can takes a quarter of a second to import
+        from rover_hil.client.bus import LockstepBus  # python-can takes a quarter of a second to import
 
-        bus = LockstepCanTransport(parsed, lead=lead)
+        bus = LockstepBus(parsed, lead=lead)
         return bus, bus.announce
     line = LockstepTransport(parsed, baud, lead=lead)
     return SerialFrames(line), line.announce
@@ -266,7 +149,7 @@ def open_lockstep(port: str, baud: int, lead: float) -> tuple[FrameTransport, Ca
 
 def _connect(control: str) -> socket.socket:
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    connection.settimeout(REPLY_TIMEOUT)
+    connection.settimeout(REPLY_TIMEOUT_S)
     try:
         connection.connect(control)
     except OSError as error:
@@ -283,21 +166,3 @@ def _receive(connection: socket.socket, count: int) -> bytes:
             raise ConnectionResetError("it closed the connection")
         data += part
     return bytes(data)
-
-
-def _read_line(descriptor: int, timeout: float) -> bytes:
-    """The first line that comes, without waiting longer than `timeout`; what there is at the end of the stream."""
-    line = bytearray()
-    deadline = time.monotonic() + timeout
-    while b"\n" not in line and (left := deadline - time.monotonic()) > 0:
-        if select.select([descriptor], [], [], left)[0]:
-            part = os.read(descriptor, 4096)
-            if not part:
-                break
-            line += part
-    return bytes(line).partition(b"\n")[0]
-
-
-def _last_line(file: Path) -> str:
-    lines = file.read_text(errors="replace").strip().splitlines()
-    return lines[-1] if lines else ""

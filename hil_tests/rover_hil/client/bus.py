@@ -12,7 +12,6 @@ from collections import deque
 
 import can
 from can.interfaces.slcan import slcanBus
-
 from rover.errors import LinkLost, PreflightFailed
 from rover.link.can_bus import (
     BUS_ERRORS,
@@ -27,7 +26,8 @@ from rover.link.can_bus import (
 )
 from rover.link.frames import Counters, Frame, FrameTransport
 from rover.link.port import CAN_BITRATE, SLCAN_BAUD, CanPort
-from rover.link.transport import Mark
+
+from rover_hil.rig import Mark
 
 LINE_BYTES = 6
 """Characters of a frame's line around its payload: kind, three of the identifier, length, carriage return."""
@@ -77,7 +77,7 @@ class LockstepSlcan(slcanBus):
         return None
 
 
-class LockstepCanTransport(FrameTransport):
+class LockstepBus(FrameTransport):
     """The rig's pty, read up to the counts that the rig has announced, so the times of frames are virtual."""
 
     time_step = 0.001

@@ -1,0 +1,1 @@
+"""Commands that `rover` has when the rigs are installed."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rover.cli.main import invoke
-from rover.errors import RoverError
-from rover.link.rig import RigOptions
-from rover.mission.config import load
 
 MISSION = """
 [mission]
@@ -66,17 +64,16 @@ def mission_file(tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture(scope="module")
 def free_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], str]]:
     """Starts a rig in real time with that wire, and returns its port."""
-    pytest.importorskip("rover_hil")
-    rigs: list[RigProcess] = []
+    rigs = pytest.importorskip("rover_hil.testing.rigs")
+    running: list[Any] = []
 
     def start(transport: str) -> str:
-        options = RigOptions(load("demo").path, "sitl", 1, free_run=True, transport=transport)
         try:
-            rigs.append(RigProcess(options, tmp_path_factory.mktemp("rig") / "rig.log"))
-        except RoverError as error:
+            running.append(rigs.start_rig(tmp_path_factory.mktemp("rig") / "control", "--free-run", "--wire", transport))
+        except RuntimeError as error:
             pytest.skip(f"the sitl rig does not start: {error}")
-        return rigs[-1].port
+        return str(running[-1].port) if transport == "serial" else f"can:slcan:{running[-1].port}"
 
     yield start
-    for rig in rigs:
+    for rig in running:
         rig.stop()

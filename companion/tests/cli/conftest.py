@@ -69,7 +69,8 @@ def free_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str
 
     def start(transport: str) -> str:
         try:
-            running.append(rigs.start_rig(tmp_path_factory.mktemp("rig") / "control", "--free-run", "--wire", transport))
+            control = tmp_path_factory.mktemp("rig") / "control"
+            running.append(rigs.start_rig(control, "--free-run", "--wire", transport))
         except RuntimeError as error:
             pytest.skip(f"the sitl rig does not start: {error}")
         return str(running[-1].port) if transport == "serial" else f"can:slcan:{running[-1].port}"

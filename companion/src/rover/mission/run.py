@@ -24,6 +24,7 @@ from rover.link.handshake import Identity
 from rover.link.port import CanPort, parse_port
 from rover.link.rig import Rig, RigName, RigOptions, start_rig
 from rover.link.self_test import Finding
+from rover.link.statistics import LinkFigures
 from rover.mission.assemble import assemble
 from rover.mission.begin import begin
 from rover.mission.config import Mission
@@ -33,6 +34,7 @@ from rover.mission.former_run import load_run, save_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, origin_of
 from rover.mission.survey import Survey
+from rover.mission.track import Track
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
@@ -43,6 +45,16 @@ from rover.vision.camera.model import CameraModel
 
 DEVICE = RigName.DEVICE.value
 """A real rover, on a port, with a camera; the other rigs bring a world, camera and port of their own."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a mission leaves behind on its way; the link's figures are those of before its port is closed."""
+
+    track: Track
+    firmware: Identity | None
+    figures: LinkFigures
+    referee: dict[str, float | None] | None
 
 
 @dataclass(frozen=True)
@@ -61,8 +73,8 @@ class _Prepared:
     control: Control
     resume: Path | None
 
-    def drive(self, rig: Rig, recording: Recording) -> tuple[MissionLoop, dict[str, float | None] | None]:
-        """The whole mission on a rig, into a log; returns what the rig's referee saw, too."""
+    def drive(self, rig: Rig, recording: Recording) -> Driven:
+        """The whole mission on a rig, into a log."""
         run = MissionLoop(self.survey, rig, recording, self.on_status, self.control, self.seed)
         try:
             run.drive()
@@ -72,7 +84,7 @@ class _Prepared:
             raise
         referee = run.judge()
         recording.identify("firmware", _firmware(run.link.identity))
-        return run, referee
+        return Driven(run.track, run.link.identity, run.link.figures(), referee)
 
     def recording(self, more: Mapping[str, str] | None = None) -> Recording:
         """The log, with what the run is made from."""
@@ -128,24 +140,24 @@ def run_mission(
         mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), resume
     )
     started = time.monotonic()
-    real_time = referee = None
+    real_time = None
     if rig == DEVICE:
-        run, real_time = _on_device(prepared, port, camera_source, on_finding)
+        driven, real_time = _on_device(prepared, port, camera_source, on_finding)
     else:
-        run, referee = _on_simulated(prepared, data)
+        driven = _on_simulated(prepared, data)
     wall = time.monotonic() - started
     assert survey.outcome is not None
-    identities = _with_firmware(_identities(mission, rig, seed, classifier), run.link.identity)
-    result = assemble(survey, run.track, run.link.figures(), identities, referee, out)
+    identities = _with_firmware(_identities(mission, rig, seed, classifier), driven.firmware)
+    result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
     clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
     result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-    write_tum(out / "trajectory.tum", run.track.fused)
+    write_tum(out / "trajectory.tum", driven.track.fused)
     write_run(result, out)
     save_run(out, survey)
     return result
 
 
-def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, dict[str, float | None] | None]:
+def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
     """In virtual time, on a rig that is started for it."""
     mission, out = prepared.mission, prepared.out
     options = RigOptions(
@@ -167,19 +179,19 @@ def _on_simulated(prepared: _Prepared, data: Path | None) -> tuple[MissionLoop, 
 
 def _on_device(
     prepared: _Prepared, port: str | None, camera_source: str | None, on_finding: Callable[[Finding], None]
-) -> tuple[MissionLoop, RealTime]:
+) -> tuple[Driven, RealTime]:
     """In real time, on a rover and a camera that are there."""
     with opened(prepared.mission, port, camera_source) as device:
         check(device, prepared.mission, prepared.camera, prepared.out, prepared.seed, on_finding)
         wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
         with prepared.recording(wire) as recording:
             rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)
-            run, _ = prepared.drive(rig, recording)
+            driven = prepared.drive(rig, recording)
             if rig.camera_failure is not None:
                 recording.event(CAMERA_LOST, rig.now(), {"text": rig.camera_failure})
                 prepared.survey.timeline.append((rig.now(), f"camera: {rig.camera_failure}"))
         pace = rig.pace
-    return run, RealTime(pace.cycles, pace.overruns, pace.longest, pace.frames_dropped)
+    return driven, RealTime(pace.cycles, pace.overruns, pace.longest, pace.frames_dropped)
 
 
 def _forget_earlier_run(out: Path) -> None:

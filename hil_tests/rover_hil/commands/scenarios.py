@@ -1,4 +1,4 @@
-"""`rover hil`: fault scenarios on a rig, with reports for people and for continuous integration."""
+"""`rover hil run` and `rover hil list`: fault scenarios on a rig, with reports for people and for continuous integration."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rover.cli.commands import CONTEXT
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 from rover.link.rig import RigName
@@ -14,14 +13,6 @@ from rover.link.rig import RigName
 if TYPE_CHECKING:
     from rover_hil.scenario.runner import Result
 
-HELP = """Fault scenarios: put a fault in while the real firmware drives, and see what comes of it.
-
-\b
-Examples:
-  rover hil list                                   those that ship
-  rover hil run serial-cut sonar-near              two of them
-  rover hil run my-faults/ --junit out.xml         a folder of your own, for a CI server
-"""
 RUN_HELP = """Run scenarios. SCENARIO is a file, a folder, or the name of one that ships; --all runs all that ship.
 
 Exit codes: 0 all passed, 2 a file is wrong, 3 the rig does not start, 6 a scenario failed.
@@ -42,10 +33,6 @@ Examples:
 """
 FAILED = 6
 
-app = typer.Typer(help=HELP, rich_markup_mode=None, add_completion=False, context_settings=dict(CONTEXT))
-
-
-@app.command("run", help=RUN_HELP, short_help="Run scenarios.")
 def run(
     scenarios: Annotated[list[str] | None, typer.Argument(metavar="SCENARIO…", help="Names, files, folders.")] = None,
     every: Annotated[bool, typer.Option("--all", help="All scenarios that ship and can exist on this rig.")] = False,
@@ -85,7 +72,6 @@ def run(
     return 0 if all(result.passed for result in results) else FAILED
 
 
-@app.command("list", help=LIST_HELP, short_help="List scenarios and faults.")
 def list_scenarios(
     faults: Annotated[bool, typer.Option("--faults", help="List the faults and what they take instead.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,

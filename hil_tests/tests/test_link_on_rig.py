@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from rover.errors import LinkLost, RoverError
-from rover.link.port import DEFAULT_BAUD
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.rig import RigOptions, StartedRig, start_rig
 from rover.link.session import Link
 from rover.link.telemetry import MotorDuty, ReferenceDistance, Telemetry, WheelMotion

@@ -1,4 +1,4 @@
-"""`rover hil run` and `rover hil list`: fault scenarios on a rig, with reports for people and for continuous integration."""
+"""`rover hil run` and `rover hil list`: fault scenarios on a rig, with reports for people and for a CI server."""
 
 from __future__ import annotations
 

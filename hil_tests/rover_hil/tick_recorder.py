@@ -2,7 +2,7 @@
 
 ROVER_TICKS=ticks.bin ROVER_SITL=<a script that runs this module> rover run MISSION --rig sitl
 
-The file holds, for each tick, the 40 bytes of the request, a 16-bit count, and so many bytes of the host.
+The file holds, for each tick, the TickRequest (protocol/rig_tick.toml), a 16-bit count, and so many bytes of the host.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from rover_protocol.rig_tick import TickReply, TickRequest
+
 from rover_hil.emulator.descriptor import Descriptor
-from rover_hil.emulator.tick_pipe import REPLY, REQUEST, Request
+from rover_hil.emulator.tick_pipe import Request
 from rover_hil.firmware_process import BUILT, FirmwareProcess
 
 COUNT = struct.Struct("<H")
@@ -39,10 +41,10 @@ def read_ticks(path: Path) -> Iterator[Tick]:
     """Ticks in order; a last one that is cut is left out."""
     data = path.read_bytes()
     at = 0
-    while at + REQUEST.size + COUNT.size <= len(data):
-        request = data[at : at + REQUEST.size]
-        (count,) = COUNT.unpack_from(data, at + REQUEST.size)
-        at += REQUEST.size + COUNT.size
+    while at + TickRequest.SIZE + COUNT.size <= len(data):
+        request = data[at : at + TickRequest.SIZE]
+        (count,) = COUNT.unpack_from(data, at + TickRequest.SIZE)
+        at += TickRequest.SIZE + COUNT.size
         if at + count > len(data):
             return
         yield Tick(request, data[at : at + count])
@@ -66,7 +68,7 @@ def main() -> None:
     process = FirmwareProcess(BUILT, int(arguments["--baud"]), arguments.get("--wire", "serial"))
     forwarded = 0
     with Path(os.environ["ROVER_TICKS"]).open("wb") as recording:
-        while len(data := sys.stdin.buffer.read(REQUEST.size)) == REQUEST.size:
+        while len(data := sys.stdin.buffer.read(TickRequest.SIZE)) == TickRequest.SIZE:
             host = line.read(Request.unpack(data).host_bytes_due)
             if host is None:
                 break
@@ -74,10 +76,10 @@ def main() -> None:
             process.send(host)
             process.stdin.write(data)
             process.stdin.flush()
-            reply = process.stdout.read(REPLY.size)
-            if len(reply) < REPLY.size:
+            reply = process.stdout.read(TickReply.SIZE)
+            if len(reply) < TickReply.SIZE:
                 break
-            total = REPLY.unpack(reply)[-1]
+            total = TickReply.unpack(reply).bytes_sent
             line.write(process.receive(total - forwarded))
             forwarded = total
             sys.stdout.buffer.write(reply)

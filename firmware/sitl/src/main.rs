@@ -20,7 +20,7 @@ use battery::Converter;
 use options::{Options, USAGE};
 use parameter_file::ParameterFile;
 use rover_core::{board, reset_cause, Core, Identity};
-use tick_pipe::{encode_reply, Request, REQUEST};
+use rover_protocol::rig_tick::TickRequest;
 use wire::Wire;
 
 fn main() -> ExitCode {
@@ -55,7 +55,7 @@ fn run(options: &Options) -> io::Result<()> {
     let mut wire = Wire::open(options);
     let mut converter = Converter::default();
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
-    let mut bytes = [0; REQUEST];
+    let mut bytes = [0; TickRequest::SIZE];
     let mut last_us = 0;
     loop {
         match requests.read_exact(&mut bytes) {
@@ -68,21 +68,24 @@ fn run(options: &Options) -> io::Result<()> {
             }
             Err(error) => return Err(error),
         }
-        let mut request = Request::decode(&bytes);
-        let now_us = request.inputs.now_us;
+        let request = TickRequest::read(&bytes);
+        let now_us = request.now_us;
         last_us = now_us;
         if !wire.receive(&mut core, request.host_bytes_due, now_us, &io::stdin()) {
             return Ok(());
         }
-        let inputs = &mut request.inputs;
+        let mut inputs = tick_pipe::inputs(&request);
         inputs.battery_mv = converter.measure(now_us, inputs.battery_mv);
-        let outputs = core.tick(&request.inputs);
+        let outputs = core.tick(&inputs);
         if let Some(storage) = &mut storage {
             core.serve_storage(storage);
         }
         wire.transmit(&mut core, now_us);
-        let reply = encode_reply(&outputs, wire.bytes_sent());
-        match replies.write_all(&reply).and_then(|()| replies.flush()) {
+        let reply = tick_pipe::reply(&outputs, wire.bytes_sent());
+        match replies
+            .write_all(&reply.write())
+            .and_then(|()| replies.flush())
+        {
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
             result => result?,
         }

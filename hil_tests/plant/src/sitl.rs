@@ -1,15 +1,13 @@
-//! The firmware on the desktop: one request and one reply per tick over a pair of pipes, little-endian and packed.
+//! The firmware on the desktop: one request and one reply per tick over a pair of pipes.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::os::fd::{BorrowedFd, RawFd};
 
+use rover_protocol::rig_tick::{TickReply, TickRequest, BUZZER, LED, NO_SENSOR, POWERED};
+
 use crate::drive::Bridge;
 use crate::sonar::Echo;
-
-const REQUEST: usize = 40;
-const REPLY: usize = 16;
-const NO_SENSOR: u8 = 255;
 
 /// What the firmware's peripherals read at a tick.
 pub struct Sensors {
@@ -64,40 +62,47 @@ impl Sitl {
 
     /// One tick of the firmware.
     pub fn exchange(&mut self, sensors: &Sensors) -> Result<Actuators> {
-        let mut request = [0_u8; REQUEST];
-        request[0..8].copy_from_slice(&sensors.now_us.to_le_bytes());
-        request[8..12].copy_from_slice(&sensors.counts[0].to_le_bytes());
-        request[12..16].copy_from_slice(&sensors.counts[1].to_le_bytes());
-        request[16..20].copy_from_slice(&sensors.echo.map_or(0, |echo| echo.echo_us).to_le_bytes());
-        request[20..22].copy_from_slice(&sensors.battery_mv.to_le_bytes());
-        request[22] = sensors.echo.map_or(NO_SENSOR, |echo| echo.sensor);
-        request[23] = u8::from(sensors.emergency_stop);
-        request[24..32].copy_from_slice(&sensors.host_bytes_due.to_le_bytes());
-        if let Some(ping) = sensors.ping {
-            request[32] = ping.sensor + 1;
-            request[36..40].copy_from_slice(&ping.echo_us.to_le_bytes());
-        }
+        let request = sensors.request().write();
         self.requests.write_all(&request).map_err(ended)?;
-        let mut reply = [0_u8; REPLY];
+        let mut reply = [0_u8; TickReply::SIZE];
         self.replies.read_exact(&mut reply).map_err(ended)?;
         if let Some(log) = &mut self.log {
             log.extend_from_slice(&request);
             log.extend_from_slice(&reply);
         }
-        let duty =
-            |low: usize| f64::from(i16::from_le_bytes([reply[low], reply[low + 1]])) / 32_768.0;
-        let mut sent = [0_u8; 8];
-        sent.copy_from_slice(&reply[8..16]);
-        Ok(Actuators {
+        Ok(Actuators::from(TickReply::read(&reply)))
+    }
+}
+
+impl Sensors {
+    fn request(&self) -> TickRequest {
+        TickRequest {
+            now_us: self.now_us,
+            encoder_left: self.counts[0],
+            encoder_right: self.counts[1],
+            echo_us: self.echo.map_or(0, |echo| echo.echo_us),
+            battery_mv: self.battery_mv,
+            echo_sensor: self.echo.map_or(NO_SENSOR, |echo| echo.sensor),
+            emergency_stop: u8::from(self.emergency_stop),
+            host_bytes_due: self.host_bytes_due,
+            ping: self.ping.map_or(0, |ping| ping.sensor + 1),
+            ping_echo_us: self.ping.map_or(0, |ping| ping.echo_us),
+        }
+    }
+}
+
+impl From<TickReply> for Actuators {
+    fn from(reply: TickReply) -> Self {
+        Self {
             bridge: Bridge {
-                duty: [duty(0), duty(2)],
-                powered: reply[4] & 1 != 0,
+                duty: [reply.duty_left, reply.duty_right].map(|duty| f64::from(duty) / 32_768.0),
+                powered: reply.flags & POWERED != 0,
             },
-            led: reply[4] & 2 != 0,
-            buzzer: reply[4] & 4 != 0,
-            sonar_trigger: (reply[5] != NO_SENSOR).then_some(reply[5]),
-            bytes_sent: u64::from_le_bytes(sent),
-        })
+            led: reply.flags & LED != 0,
+            buzzer: reply.flags & BUZZER != 0,
+            sonar_trigger: (reply.sonar_trigger != NO_SENSOR).then_some(reply.sonar_trigger),
+            bytes_sent: reply.bytes_sent,
+        }
     }
 }
 

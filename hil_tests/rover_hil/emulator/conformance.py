@@ -13,8 +13,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import TickReply
 
-from rover_hil.emulator.tick_pipe import REPLY
 from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.tick_recorder import Tick
 
@@ -71,16 +71,16 @@ class _Firmware:
 
     def answer(self, number: int) -> Outputs:
         """Raises ConnectionError when there is none."""
-        reply = self._process.stdout.read(REPLY.size)
-        if len(reply) < REPLY.size:
+        data = self._process.stdout.read(TickReply.SIZE)
+        if len(data) < TickReply.SIZE:
             raise ConnectionError(f"{self._name} has ended at tick {number}")
-        left, right, flags, trigger, sent = REPLY.unpack(reply)
-        data = self._process.receive(sent - self._total)
-        self._total = sent
-        for identifier, _, payload in self._decoder.feed(data):
+        reply = TickReply.unpack(data)
+        said = self._process.receive(reply.bytes_sent - self._total)
+        self._total = reply.bytes_sent
+        for identifier, _, payload in self._decoder.feed(said):
             message, fields = messages.decode(identifier, payload)
             self.messages.append(Sent(number, message.name, fields))
-        return Outputs((left, right), flags, trigger, sent)
+        return Outputs((reply.duty_left, reply.duty_right), reply.flags, reply.sonar_trigger, reply.bytes_sent)
 
     @property
     def faulty_frames(self) -> int:

@@ -6,7 +6,7 @@ import contextlib
 import os
 import select
 
-from rover_hil.emulator.tick_pipe import EVERYTHING
+from rover_protocol.rig_tick import ALL_HOST_BYTES
 
 
 class Descriptor:
@@ -21,11 +21,11 @@ class Descriptor:
         """What is missing to a total of `due`, waiting for it; None when the other end hangs up before it has come."""
         data = bytearray()
         while self._taken < due:
-            if due == EVERYTHING and not select.select([self._number], [], [], 0)[0]:
+            if due == ALL_HOST_BYTES and not select.select([self._number], [], [], 0)[0]:
                 break
             part = os.read(self._number, min(4096, due - self._taken))
             if not part:
-                return bytes(data) if due == EVERYTHING else None
+                return bytes(data) if due == ALL_HOST_BYTES else None
             self._taken += len(part)
             data += part
         return bytes(data)

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from rover_protocol.rig_tick import TickRequest
+
 from rover_hil.emulator import HANG_SIGNAL, wiring
 from rover_hil.emulator.board import PHASE_US, TICK_CYCLES, Board
 from rover_hil.emulator.can_wire import CanWire
 from rover_hil.emulator.chip import CYCLES_PER_US, Chip
 from rover_hil.emulator.elf import flash_segments
-from rover_hil.emulator.tick_pipe import REQUEST, Reply, Request
+from rover_hil.emulator.tick_pipe import Reply, Request
 from rover_hil.emulator.wire import SerialWire
 
 CONTROL_INTERRUPT = 1
@@ -39,7 +41,7 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
     signal.signal(HANG_SIGNAL, lambda number, _: hangs.append(number))
     # The chip is switched on with the world; its tick number n belongs to the world's millisecond number n.
     start = PHASE_US * CYCLES_PER_US
-    while len(data := requests.read(REQUEST.size)) == REQUEST.size:
+    while len(data := requests.read(TickRequest.SIZE)) == TickRequest.SIZE:
         request = Request.unpack(data)
         if chip.clock.cycles < start:
             board.set_levels(request)

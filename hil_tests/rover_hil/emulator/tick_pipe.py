@@ -1,15 +1,12 @@
-"""One millisecond on the pipes, as rover-sitl speaks it: a request of 40 bytes, a reply of 16, little-endian."""
+"""One tick on the pipes, in the terms of the emulated board."""
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 
-REQUEST = struct.Struct("<QiiIHBBQBxxxI")
-REPLY = struct.Struct("<hhBBxxQ")
-NO_SENSOR = 255
-EVERYTHING = 2**64 - 1
-"""`host_bytes_due` of a caller that does not count: whatever is there."""
+from rover_protocol.rig_tick import BUZZER, LED, NO_SENSOR, POWERED, TickReply, TickRequest
+
+FULL_DUTY = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -26,10 +23,16 @@ class Request:
 
     @classmethod
     def unpack(cls, data: bytes) -> Request:
-        """From the 40 bytes. The echo that has ended by now is rover-sitl's; pins get their edges from `ping`."""
-        now_us, left, right, _, battery_mv, _, stop, due, pinged, echo_us = REQUEST.unpack(data)
-        ping = (pinged - 1, echo_us) if pinged else None
-        return cls(now_us, (left, right), battery_mv, bool(stop), due, ping)
+        """From a TickRequest's bytes. Its finished echo is for rover-sitl; pins get their edges from `ping`."""
+        tick = TickRequest.unpack(data)
+        return cls(
+            now_us=tick.now_us,
+            counts=(tick.encoder_left, tick.encoder_right),
+            battery_mv=tick.battery_mv,
+            emergency_stop=bool(tick.emergency_stop),
+            host_bytes_due=tick.host_bytes_due,
+            ping=(tick.ping - 1, tick.ping_echo_us) if tick.ping else None,
+        )
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,12 @@ class Reply:
     bytes_sent: int
 
     def pack(self) -> bytes:
-        """The 16 bytes."""
-        left, right = (max(-32768, min(32767, round(duty * 32768))) for duty in self.duty)
-        flags = self.powered | self.led << 1 | self.buzzer << 2
-        trigger = NO_SENSOR if self.trigger is None else self.trigger
-        return REPLY.pack(left, right, flags, trigger, self.bytes_sent)
+        """As a TickReply's bytes."""
+        left, right = (max(-FULL_DUTY, min(FULL_DUTY - 1, round(duty * FULL_DUTY))) for duty in self.duty)
+        return TickReply(
+            duty_left=left,
+            duty_right=right,
+            flags=POWERED * self.powered | LED * self.led | BUZZER * self.buzzer,
+            sonar_trigger=NO_SENSOR if self.trigger is None else self.trigger,
+            bytes_sent=self.bytes_sent,
+        ).pack()

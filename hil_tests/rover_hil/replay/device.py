@@ -16,10 +16,10 @@ from rover.record.difference import NOTHING, Difference
 from rover.record.log_reader import Log
 from rover.record.rig_step import RigStep
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import NO_SENSOR, TickRequest
 
 from rover_hil.device.bench import TEST_KEY, TEST_MODE_FLAG
 from rover_hil.device.talk import DeviceTalk
-from rover_hil.emulator.tick_pipe import NO_SENSOR, REQUEST
 from rover_hil.replay.firmware import Compared
 
 SLICE = 5
@@ -92,17 +92,18 @@ class DeviceReplay:
                 self._forward(identifier, payload)
             commands = []
             for request in step.requests[first : first + SLICE]:
-                _, left, right, echo_us, battery_mv, sensor, stop, *_ = REQUEST.unpack(request)
-                if sensor != NO_SENSOR:
-                    self._sense(battery_mv, stop, sensor, echo_us)
+                tick = TickRequest.unpack(request)
+                if tick.echo_sensor != NO_SENSOR:
+                    self._sense(tick, tick.echo_sensor, tick.echo_us)
             if self._slices % SENSORS_EVERY == 0:
-                self._sense(battery_mv, stop, NO_SENSOR, 0)
+                self._sense(tick, NO_SENSOR, 0)
             self._slices += 1
-            self._talk.send("InjectWheels", left=left, right=right)
+            self._talk.send("InjectWheels", left=tick.encoder_left, right=tick.encoder_right)
             self._talk.receive()
 
-    def _sense(self, battery_mv: int, stop: int, sensor: int, echo_us: int) -> None:
-        self._talk.send("InjectSensors", battery=battery_mv, emergency_stop=stop, sonar=sensor, echo=echo_us)
+    def _sense(self, tick: TickRequest, sensor: int, echo_us: int) -> None:
+        battery, stop = tick.battery_mv, tick.emergency_stop
+        self._talk.send("InjectSensors", battery=battery, emergency_stop=stop, sonar=sensor, echo=echo_us)
 
     def _forward(self, identifier: int, payload: bytes) -> None:
         message, fields = messages.decode(identifier, payload)

@@ -8,10 +8,10 @@ from typing import Any
 
 from rover.link.port import SLCAN_BAUD
 from rover.record.difference import NOTHING, Difference, first_field
-from rover.record.rig_step import REPLY_SIZE, RigStep
+from rover.record.rig_step import RigStep
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import BUZZER, LED, NO_SENSOR, POWERED, TickReply
 
-from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY
 from rover_hil.firmware_process import FirmwareProcess
 
 REPLIES = "/rig/firmware"
@@ -63,8 +63,8 @@ class FirmwareReplay:
         self._process.send(step.to_firmware)
         self._process.stdin.write(b"".join(step.requests))
         self._process.stdin.flush()
-        replies = self._read(len(step.requests) * REPLY_SIZE)
-        total = REPLY.unpack(replies[-1])[-1] if replies else self._sent
+        replies = self._read(len(step.requests) * TickReply.SIZE)
+        total = TickReply.unpack(replies[-1]).bytes_sent if replies else self._sent
         sent = self._process.receive(total - self._sent)
         self._sent = total
         self._difference = self._compare(step, replies, sent)
@@ -76,7 +76,7 @@ class FirmwareReplay:
 
     def _read(self, length: int) -> list[bytes]:
         data = self._process.stdout.read(length)
-        return [data[at : at + REPLY_SIZE] for at in range(0, len(data) - REPLY_SIZE + 1, REPLY_SIZE)]
+        return [data[at : at + TickReply.SIZE] for at in range(0, len(data) - TickReply.SIZE + 1, TickReply.SIZE)]
 
     def _compare(self, step: RigStep, replies: list[bytes], sent: bytes) -> Difference | None:
         for index, recorded in enumerate(step.replies):
@@ -134,16 +134,16 @@ class FirmwareReplay:
 
 
 def outputs(reply: bytes) -> dict[str, Any]:
-    """The 16 bytes by name."""
-    left, right, flags, trigger, total = REPLY.unpack(reply)
+    """A TickReply by name."""
+    tick = TickReply.unpack(reply)
     return {
-        "duty_left": left,
-        "duty_right": right,
-        "powered": bool(flags & 1),
-        "led": bool(flags & 2),
-        "buzzer": bool(flags & 4),
-        "sonar_trigger": None if trigger == NO_SENSOR else trigger,
-        "bytes_sent": total,
+        "duty_left": tick.duty_left,
+        "duty_right": tick.duty_right,
+        "powered": bool(tick.flags & POWERED),
+        "led": bool(tick.flags & LED),
+        "buzzer": bool(tick.flags & BUZZER),
+        "sonar_trigger": None if tick.sonar_trigger == NO_SENSOR else tick.sonar_trigger,
+        "bytes_sent": tick.bytes_sent,
     }
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from rover.errors import BadInput, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import TickReply, TickRequest
 
-from rover_hil.emulator.tick_pipe import NO_SENSOR, REPLY, REQUEST
 from rover_hil.firmware_process import ROOT, FirmwareProcess
 
 DEFINITIONS = ROOT / "firmware" / "core" / "src" / "parameters.rs"
@@ -61,12 +61,12 @@ def write_parameter_file(command: list[str], file: Path, settings: dict[int, int
         answer: dict[str, int] = {}
         for _ in range(ticks):
             now_us += 1000
-            process.stdin.write(REQUEST.pack(now_us, 0, 0, 0, BATTERY_MV, NO_SENSOR, 0, due, 0, 0))
+            process.stdin.write(TickRequest(now_us=now_us, battery_mv=BATTERY_MV, host_bytes_due=due).pack())
             process.stdin.flush()
-            reply = process.stdout.read(REPLY.size)
-            if len(reply) < REPLY.size:
+            reply = process.stdout.read(TickReply.SIZE)
+            if len(reply) < TickReply.SIZE:
                 raise PreflightFailed("rover-sitl has ended while its parameters were set")
-            total = REPLY.unpack(reply)[-1]
+            total = TickReply.unpack(reply).bytes_sent
             for identifier, _, payload in decoder.feed(process.receive(total - sent)):
                 if identifier == messages.ParameterValue.ID:
                     answer = {key: int(value) for key, value in messages.decode(identifier, payload)[1].items()}

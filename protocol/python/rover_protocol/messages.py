@@ -1,6 +1,6 @@
 """Messages of protocol/rover.dbc, raw integers as on the wire.
 
-Written by tools/generate/protocol.py: change the DBC, not this file.
+Written by `python -m tools.generate`: change the DBC, not this file.
 """
 
 from rover_protocol.message import Message

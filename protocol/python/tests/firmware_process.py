@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 import select
 import socket
-import struct
 import subprocess
 from pathlib import Path
 
 import golden
 import pytest
 from rover_protocol import framing, messages
+from rover_protocol.rig_tick import ALL_HOST_BYTES, NO_SENSOR, POWERED, TickReply, TickRequest
 
 BINARY = Path(os.environ.get("ROVER_SITL", golden.PROTOCOL.parent / "target" / "release" / "rover-sitl"))
-REQUEST, REPLY = struct.Struct("<QiiIHBBQ8x"), struct.Struct("<hhBB2xQ")
-NO_SENSOR = 255
+BATTERY_MV = 7400
 TIMEOUT_US = 25_000
 """Until the driver of a sonar that hears nothing says so."""
 COUNTS_PER_MS = 3.4
@@ -29,8 +28,13 @@ class Firmware:
         """Opens a socket pair as its line, or hands `descriptor` over: then it takes what is there, uncounted."""
         if not BINARY.exists():
             pytest.skip(f"{BINARY.name} is not built: run 'make setup'")
-        self.line, far_end = socket.socketpair() if descriptor is None else (None, None)
-        number = far_end.fileno() if far_end else descriptor
+        self.line: socket.socket | None = None
+        far_end: socket.socket | None = None
+        if descriptor is None:
+            self.line, far_end = socket.socketpair()
+            number = far_end.fileno()
+        else:
+            number = descriptor
         self._process = subprocess.Popen(
             [BINARY, "--serial-fd", str(number), "--wire", wire],
             stdin=subprocess.PIPE,
@@ -39,6 +43,9 @@ class Firmware:
         )
         if far_end:
             far_end.close()
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._requests, self._replies = self._process.stdin, self._process.stdout
         self.now_us = 0
         self.powered = False
         self.duties = (0, 0)
@@ -49,6 +56,7 @@ class Firmware:
 
     def send(self, data: bytes) -> None:
         """Bytes that the firmware's end has received by the next tick."""
+        assert self.line is not None, "a descriptor that was handed over is written by its owner"
         self.line.sendall(data)
         self._given += len(data)
 
@@ -58,31 +66,40 @@ class Firmware:
         for side, duty in enumerate(self.duties):
             self._wheels[side] += duty / 32768 * COUNTS_PER_MS
         left, right = (int(way) for way in self._wheels)
-        due = self._given if self.line else 2**64 - 1
+        due = self._given if self.line else ALL_HOST_BYTES
         sensor = NO_SENSOR
         if self._ping and self._ping[1] <= self.now_us:
             (sensor, _), self._ping = self._ping, None
-        self._process.stdin.write(REQUEST.pack(self.now_us, left, right, 0, 7400, sensor, 0, due))
-        self._process.stdin.flush()
-        left, right, flags, pinged, sent = REPLY.unpack(self._process.stdout.read(REPLY.size))
-        self.duties, self.powered = (left, right), bool(flags & 1)
-        if pinged != NO_SENSOR:
-            self._ping = (pinged, self.now_us + TIMEOUT_US)
-        fresh, self._taken = sent - self._taken, sent
-        return self._read(fresh) if self.line else b""
-
-    def _read(self, count: int) -> bytes:
-        data = b""
-        while len(data) < count and select.select([self.line], [], [], 2.0)[0]:
-            data += self.line.recv(count - len(data))
-        return data
+        request = TickRequest(
+            now_us=self.now_us,
+            encoder_left=left,
+            encoder_right=right,
+            battery_mv=BATTERY_MV,
+            echo_sensor=sensor,
+            host_bytes_due=due,
+        )
+        self._requests.write(request.pack())
+        self._requests.flush()
+        reply = TickReply.unpack(self._replies.read(TickReply.SIZE))
+        self.duties, self.powered = (reply.duty_left, reply.duty_right), bool(reply.flags & POWERED)
+        if reply.sonar_trigger != NO_SENSOR:
+            self._ping = (reply.sonar_trigger, self.now_us + TIMEOUT_US)
+        fresh, self._taken = reply.bytes_sent - self._taken, reply.bytes_sent
+        return _read(self.line, fresh) if self.line else b""
 
     def close(self) -> None:
-        self._process.stdin.close()
+        self._requests.close()
         self._process.wait(timeout=2)
-        self._process.stdout.close()
+        self._replies.close()
         if self.line:
             self.line.close()
+
+
+def _read(line: socket.socket, count: int) -> bytes:
+    data = b""
+    while len(data) < count and select.select([line], [], [], 2.0)[0]:
+        data += line.recv(count - len(data))
+    return data
 
 
 class SerialText:

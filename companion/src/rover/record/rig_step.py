@@ -1,9 +1,9 @@
 """One step of a simulated rig as bytes: everything that entered the firmware in it, and everything that left.
 
-u64 now_us | u32 ticks | u32 bytes to the firmware | u32 bytes from it | ticks × (request 40, reply 16) | bytes | bytes
+u64 now_us | u32 ticks | u32 bytes to the firmware | u32 from it | ticks × (TickRequest, TickReply) | bytes | bytes
 
-Little-endian. Request and reply are those of rover-sitl (firmware/sitl/src/tick_pipe.rs): encoder counts, echo,
-voltage, emergency stop and due host bytes go in; duties, lamp, buzzer, trigger and the count of sent bytes come out.
+Little-endian. Request and reply are described in protocol/rig_tick.toml: encoder counts, echo, voltage, emergency stop
+and due host bytes go in; duties, lamp, buzzer, trigger and the count of sent bytes come out.
 """
 
 from __future__ import annotations
@@ -11,11 +11,10 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+from rover_protocol.rig_tick import TickReply, TickRequest
+
 HEAD = struct.Struct("<QIII")
-REQUEST_SIZE = 40
-REPLY_SIZE = 16
-TICK_SIZE = REQUEST_SIZE + REPLY_SIZE
-SENT = struct.Struct("<Q")
+TICK_SIZE = TickRequest.SIZE + TickReply.SIZE
 TICK_US = 1000
 
 
@@ -39,7 +38,7 @@ class RigStep:
 
     def marks(self) -> list[tuple[int, int]]:
         """(time in µs, bytes that the firmware had sent in all) at the end of each tick."""
-        sent = [SENT.unpack_from(reply, REPLY_SIZE - SENT.size)[0] for reply in self.replies]
+        sent = [TickReply.unpack(reply).bytes_sent for reply in self.replies]
         return [(self.start_us + TICK_US * (index + 1), total) for index, total in enumerate(sent)]
 
 
@@ -61,8 +60,8 @@ def unpack_step(data: bytes) -> RigStep:
     starts = range(HEAD.size, first, TICK_SIZE)
     return RigStep(
         now_us,
-        tuple(data[at : at + REQUEST_SIZE] for at in starts),
-        tuple(data[at + REQUEST_SIZE : at + TICK_SIZE] for at in starts),
+        tuple(data[at : at + TickRequest.SIZE] for at in starts),
+        tuple(data[at + TickRequest.SIZE : at + TICK_SIZE] for at in starts),
         data[first:second],
         data[second:],
     )

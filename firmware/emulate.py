@@ -19,6 +19,7 @@ from rover_hil.emulator.chip import CYCLES_PER_US, Chip
 from rover_hil.emulator.elf import flash_segments
 from rover_hil.emulator.tick_pipe import Request
 from rover_protocol import framing, messages
+from rover_protocol.message import Message
 
 ELF = Path(__file__).parent / "build" / "rover-pico.elf"
 BAUD = 230_400
@@ -46,12 +47,12 @@ class Bench:
         self.sequence = self.counter = 0
         self.stop = False
         self._next_tick = 0
-        self.chip.uart[0].on_sent = self._on_byte
+        self.chip.uarts[0].on_sent = self._on_byte
 
     @property
     def now(self) -> int:
         """Cycles since power-on."""
-        return self.chip.clock.cycles
+        return self.chip.virtual_clock.cycles
 
     @property
     def now_us(self) -> float:
@@ -82,17 +83,17 @@ class Bench:
             self.run(min(milliseconds, 100))
             milliseconds -= 100
 
-    def send(self, message: object, **fields: int) -> None:
+    def send(self, message: Message, **fields: int) -> None:
         """A message, and time to answer."""
         self.run_until(self.post(message, self.now, **fields))
         self.run(2)
 
-    def post(self, message: object, at: int, **fields: int) -> int:
+    def post(self, message: Message, at: int, **fields: int) -> int:
         """Puts a message on the wire from cycle `at` on, byte by byte at its rate; returns when the last has come."""
         due = float(at)
         for byte in framing.encode(message.ID, self.sequence, message.pack(**fields)):
             due += BYTE_CYCLES
-            alarm = self.chip.clock.create_alarm(partial(self.chip.uart[0].receive, byte, BAUD))
+            alarm = self.chip.virtual_clock.create_alarm(partial(self.chip.uarts[0].receive, byte, BAUD))
             alarm.schedule_at(round(due))
         self.sequence = (self.sequence + 1) & 255
         return round(due)
@@ -106,9 +107,9 @@ class Bench:
 
     def busy_share(self, milliseconds: float) -> float:
         """Of the cycles that pass, those in which the processor does not sleep."""
-        begin, asleep = self.now, self.chip.core.cycles_asleep
+        begin, asleep = self.now, self.chip.processor.cycles_asleep
         self.live(milliseconds)
-        return 1.0 - (self.chip.core.cycles_asleep - asleep) / (self.now - begin)
+        return 1.0 - (self.chip.processor.cycles_asleep - asleep) / (self.now - begin)
 
     def control_rounds(self, count: int) -> list[tuple[float, float]]:
         """Begin and end, in us, of so many rounds of the control loop: a stretch in its interrupt is one.
@@ -117,7 +118,7 @@ class Bench:
         """
         chance = random.Random(2)
         rounds: list[tuple[float, float]] = []
-        while self.chip.core.exception != 0:  # not into the middle of one
+        while self.chip.processor.exception != 0:  # not into the middle of one
             self.run_until(self.now + LOOK_CYCLES)
         while len(rounds) < count:
             if len(rounds) % 4 == 0:
@@ -127,10 +128,10 @@ class Bench:
         return rounds
 
     def _control_round(self) -> tuple[float, float]:
-        while self.chip.core.exception != CONTROL_HANDLER:
+        while self.chip.processor.exception != CONTROL_HANDLER:
             self.run_until(self.now + LOOK_CYCLES)
         began = self.now_us
-        while self.chip.core.exception != 0:
+        while self.chip.processor.exception != 0:
             self.run_until(self.now + LOOK_CYCLES)
         return began, self.now_us
 
@@ -211,7 +212,7 @@ def watchdog(bench: Bench) -> None:
     bench.chip.watchdog.on_watchdog_trigger = bite
     began = bench.now_us
     for interrupt in (TICK_INTERRUPT, CONTROL_INTERRUPT):
-        bench.chip.core.disable_interrupt(interrupt)
+        bench.chip.processor.disable_interrupt(interrupt)
     bench.run(400)
     cause = messages.VALUES["HelloBuild"]["reset_cause"][greet(bench)["reset_cause"]]
     print(f"control loop dead to reset:     {(hits[0] - began) / 1e3:.0f} ms, reset cause {cause}")

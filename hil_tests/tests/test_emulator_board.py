@@ -102,7 +102,7 @@ def test_the_watchdog_restarts_a_board_whose_control_loop_has_died(bench: Bench)
         bench.tick()
     # Its interrupt is taken away as no program would: only the hardware can help now.
     for interrupt in (TIMER_1, SOFTWARE_1):
-        bench.chip.core.disable_interrupt(interrupt)
+        bench.chip.processor.disable_interrupt(interrupt)
     began = bench.now
     while not bench.chip.watchdog._reason and bench.now < began + 300 * TICK_CYCLES:
         bench.tick()

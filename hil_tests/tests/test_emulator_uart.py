@@ -18,9 +18,9 @@ class Bench:
 
     def __init__(self) -> None:
         self.chip = Chip()
-        self.uart: Pl011 = self.chip.uart[0]
+        self.uart: Pl011 = self.chip.uarts[0]
         self.sent: list[tuple[int, int]] = []
-        self.uart.on_sent = lambda byte: self.sent.append((byte, self.chip.clock.cycles))
+        self.uart.on_sent = lambda byte: self.sent.append((byte, self.chip.virtual_clock.cycles))
         for register, value in ((IBRD, 34), (LCR_H, 0x70), (IFLS, 0), (IMSC, 0x7FF), (CR, 0x301)):
             self.write(register, value)
 
@@ -31,7 +31,7 @@ class Bench:
         return self.uart.read_uint32(register)
 
     def wait(self, cycles: int) -> None:
-        self.chip.run_until(self.chip.clock.cycles + cycles)
+        self.chip.run_until(self.chip.virtual_clock.cycles + cycles)
 
 
 @pytest.fixture

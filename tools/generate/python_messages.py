@@ -14,7 +14,7 @@ from rover_protocol.message import Message
 
 FOOTER = '''
 
-def decode(identifier, payload):
+def decode(identifier: int, payload: bytes | bytearray) -> tuple[Message, dict[str, int | bytes]]:
     """(Message, {field: raw value}) of a received frame.
 
     Raises ValueError for an unknown identifier or a payload of the wrong length.
@@ -25,10 +25,13 @@ def decode(identifier, payload):
     return message, message.decode(payload)
 
 
-def physical(message, values):
+def physical(message: Message, values: dict[str, int | bytes]) -> dict[str, int | float | bytes]:
     """The raw `values` of decode() in SI units, as the DBC scales them; texts stay bytes."""
     scales = SCALES.get(message.name, {})
-    return {name: value * scales[name] if name in scales else value for name, value in values.items()}
+    return {
+        name: value * scales[name] if name in scales and not isinstance(value, bytes) else value
+        for name, value in values.items()
+    }
 '''
 
 
@@ -49,7 +52,7 @@ def render(schema: Schema) -> str:
     lines += [f"    0x{m.identifier:03X}: {m.name}," for m in schema.messages]
     lines += ["}", "BY_NAME = {message.name: message for message in BY_ID.values()}", ""]
     lines.append("# Physical value = raw value * scale; fields that are not here are plain counts and codes.")
-    lines.append("SCALES = {")
+    lines.append("SCALES: dict[str, dict[str, float]] = {")
     for message in schema.messages:
         scaled = [f for f in message.fields if f.factor != 1]
         if scaled:
@@ -63,7 +66,7 @@ def render(schema: Schema) -> str:
         names = ", ".join(f'{raw}: "{name}"' for raw, name in field.values)
         lines += [f"{table}_NAMES = {{{names}}}", ""]
     lines.append('# Value tables by message and field: VALUES["State"]["cause"][4] == "DeadMan".')
-    lines.append("VALUES = {")
+    lines.append("VALUES: dict[str, dict[str, dict[int, str]]] = {")
     for message in schema.messages:
         entries = [f'"{f.name}": {t}_NAMES' for m, f, t in tables if m is message]
         if entries:

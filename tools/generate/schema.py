@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cantools
+from cantools.database.can import Database
 
 BIT_WIDTHS = (8, 16, 24, 32, 56)
 
@@ -66,9 +67,17 @@ def normalised(messages: tuple[Layout, ...]) -> str:
     return "\n".join(lines)
 
 
+def load_database(path: Path) -> Database:
+    """Read a DBC. Raises ValueError for a database of another kind, cantools.Error for what is no DBC."""
+    database = cantools.database.load_file(path, strict=True)
+    if not isinstance(database, Database):
+        raise ValueError(f"{path}: a CAN database is expected")
+    return database
+
+
 def load(path: Path) -> Schema:
     """Read a DBC. Raises ValueError when a signal is not byte-aligned little-endian or leaves a gap."""
-    database = cantools.database.load_file(path, strict=True)
+    database = load_database(path)
     messages = []
     for message in sorted(database.messages, key=lambda m: m.frame_id):
         if message.is_extended_frame or message.length > 8:

@@ -11,8 +11,9 @@ import binascii
 import json
 from pathlib import Path
 
-import cantools
 from cantools.database.can import Message, Signal
+
+from tools.generate.schema import load_database
 
 ROOT = Path(__file__).resolve().parents[2]
 DBC = ROOT / "protocol" / "rover.dbc"
@@ -126,7 +127,7 @@ def stream_vectors() -> list[dict[str, object]]:
 
 
 def main() -> None:
-    database = cantools.database.load_file(DBC)
+    database = load_database(DBC)
     vectors: list[dict[str, object]] = []
     for message in sorted(database.messages, key=lambda m: m.frame_id):
         vectors += message_vectors(message, len(vectors))

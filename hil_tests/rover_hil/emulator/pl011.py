@@ -41,9 +41,10 @@ class Pl011(BasePeripheral):
     def __init__(self, rp2040: Chip, name: str, irq: int) -> None:
         super().__init__(rp2040, name)
         self._irq = irq
+        self._clock = rp2040.virtual_clock
         self.on_sent: Callable[[int], None] = lambda _byte: None
-        self._sent_alarm = rp2040.clock.create_alarm(self._sent)
-        self._timeout_alarm = rp2040.clock.create_alarm(self._timed_out)
+        self._sent_alarm = self._clock.create_alarm(self._sent)
+        self._timeout_alarm = self._clock.create_alarm(self._timed_out)
         self._rx: deque[int] = deque()
         self._tx: deque[int] = deque()
         self.reset()
@@ -55,7 +56,7 @@ class Pl011(BasePeripheral):
         self._rx.clear()
         self._tx.clear()
         self._shifting: int | None = None
-        self._shift_end = 0
+        self._shift_end = 0.0
         self._overrun = 0
         self._errors = 0
         self._ibrd = self._fbrd = self._lcr = self._mask = self._raw = self._dma = 0
@@ -140,7 +141,7 @@ class Pl011(BasePeripheral):
         if not (self._cr & UART_ENABLE and self._cr & TX_ENABLE):
             return
         if self._shifting is None:
-            self._shift_end = self.rp2040.clock.cycles
+            self._shift_end = self._clock.cycles
             self._shift(byte)
         elif len(self._tx) < (DEPTH if self._lcr & FIFO_ENABLE else 1):
             self._tx.append(byte)

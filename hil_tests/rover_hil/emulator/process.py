@@ -43,7 +43,7 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
     start = PHASE_US * CYCLES_PER_US
     while len(data := requests.read(TickRequest.SIZE)) == TickRequest.SIZE:
         request = Request.unpack(data)
-        if chip.clock.cycles < start:
+        if chip.virtual_clock.cycles < start:
             board.set_levels(request)
             chip.run_until(start)
             board.take_trigger()  # pins that become outputs are no pings
@@ -53,7 +53,7 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
         if hangs:
             # The tick never comes again, so nobody feeds the watchdog; what preempts the loop goes on, as on a board.
             hangs.clear()
-            chip.core.disable_interrupt(CONTROL_INTERRUPT)
+            chip.processor.disable_interrupt(CONTROL_INTERRUPT)
         start += TICK_CYCLES
         chip.run_until(start)
         wire.transmit()

@@ -20,12 +20,12 @@ class SerialWire:
 
     def __init__(self, chip: Chip, descriptor: int, baud: int) -> None:
         self._line = Descriptor(descriptor)
-        self._uart = chip.uart[0]
+        self._uart = chip.uarts[0]
         self._baud = baud
         self._byte_cycles = BITS_PER_BYTE * CYCLES_PER_SECOND / baud
         self._line_free = 0.0
         self._arriving: deque[tuple[float, int]] = deque()
-        self._alarm = chip.clock.create_alarm(self._arrived)
+        self._alarm = chip.virtual_clock.create_alarm(self._arrived)
         self._outgoing = bytearray()
         self._leaving = 0
         self._uart.on_sent = self._outgoing.append

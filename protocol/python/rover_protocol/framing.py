@@ -10,7 +10,7 @@ MAX_BODY = OVERHEAD + MAX_PAYLOAD
 MAX_FRAME = MAX_BODY + 2
 
 
-def crc16(data, length):
+def crc16(data: bytes | bytearray, length: int) -> int:
     """CRC-16/CCITT-FALSE of the first `length` bytes.
 
     Polynomial 0x1021, start 0xFFFF, not reflected; b"123456789" gives 0x29B1.
@@ -23,7 +23,7 @@ def crc16(data, length):
     return crc
 
 
-def encode_into(identifier, sequence, payload, length, out):
+def encode_into(identifier: int, sequence: int, payload: bytes | bytearray, length: int, out: bytearray) -> int:
     """Write the frame with the first `length` bytes of `payload` to `out` (MAX_FRAME bytes); returns its length.
 
     Raises ValueError when `length` is beyond MAX_PAYLOAD.
@@ -55,7 +55,7 @@ def encode_into(identifier, sequence, payload, length, out):
     return body + 2
 
 
-def encode(identifier, sequence, payload):
+def encode(identifier: int, sequence: int, payload: bytes | bytearray) -> bytes:
     """The frame as bytes, with the zero at its end. Raises ValueError when the payload is too long."""
     out = bytearray(MAX_FRAME)
     return bytes(out[: encode_into(identifier, sequence, payload, len(payload), out)])
@@ -73,7 +73,7 @@ class Decoder:
     first `length` bytes count).
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.frames = 0
         self.checksum_errors = 0
         self.malformed = 0
@@ -88,7 +88,7 @@ class Decoder:
         self._started = False
         self._expected = -1
 
-    def feed(self, data):
+    def feed(self, data: bytes | bytearray) -> list[tuple[int, int, bytes]]:
         """List of (identifier, sequence, payload bytes) of the good frames that end within `data`."""
         frames = []
         for byte in data:
@@ -96,7 +96,7 @@ class Decoder:
                 frames.append((self.identifier, self.sequence, bytes(self.payload[: self.length])))
         return frames
 
-    def push(self, byte):
+    def push(self, byte: int) -> bool:
         """Take one byte; True when it was the zero that ends a good frame. Allocates nothing."""
         if byte:
             # A code byte n stands for a zero (but for the first) and n - 1 bytes behind it.
@@ -121,14 +121,14 @@ class Decoder:
         self._run = 0
         return good
 
-    def _append(self, byte):
+    def _append(self, byte: int) -> None:
         if self._filled < MAX_BODY:
             self._body[self._filled] = byte
         # One more than fits marks a frame that is too long.
         if self._filled <= MAX_BODY:
             self._filled += 1
 
-    def _check(self, length):
+    def _check(self, length: int) -> bool:
         body = self._body
         if crc16(body, length - 2) != body[length - 2] | body[length - 1] << 8:
             self.checksum_errors += 1

@@ -118,7 +118,7 @@ BY_ID = {
 BY_NAME = {message.name: message for message in BY_ID.values()}
 
 # Physical value = raw value * scale; fields that are not here are plain counts and codes.
-SCALES = {
+SCALES: dict[str, dict[str, float]] = {
     "ClockReply": {"receive_time": 1e-06, "turnaround": 1e-06},
     "SegmentTravel": {"duration": 1e-06, "jerk_travel": 1e-06},
     "SegmentHeading": {"jerk_heading": 1e-06},
@@ -215,7 +215,7 @@ PARAMETER_COMMAND_LOAD = 2
 PARAMETER_COMMAND_NAMES = {0: "Save", 1: "Defaults", 2: "Load"}
 
 # Value tables by message and field: VALUES["State"]["cause"][4] == "DeadMan".
-VALUES = {
+VALUES: dict[str, dict[str, dict[int, str]]] = {
     "State": {"state": STATE_NAMES, "cause": STATE_CAUSE_NAMES},
     "Sonar": {"status": SONAR_STATUS_NAMES},
     "Fault": {"code": FAULT_CODE_NAMES},
@@ -226,7 +226,7 @@ VALUES = {
 }
 
 
-def decode(identifier, payload):
+def decode(identifier: int, payload: bytes | bytearray) -> tuple[Message, dict[str, int | bytes]]:
     """(Message, {field: raw value}) of a received frame.
 
     Raises ValueError for an unknown identifier or a payload of the wrong length.
@@ -237,7 +237,10 @@ def decode(identifier, payload):
     return message, message.decode(payload)
 
 
-def physical(message, values):
+def physical(message: Message, values: dict[str, int | bytes]) -> dict[str, int | float | bytes]:
     """The raw `values` of decode() in SI units, as the DBC scales them; texts stay bytes."""
     scales = SCALES.get(message.name, {})
-    return {name: value * scales[name] if name in scales else value for name, value in values.items()}
+    return {
+        name: value * scales[name] if name in scales and not isinstance(value, bytes) else value
+        for name, value in values.items()
+    }

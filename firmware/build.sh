@@ -25,7 +25,7 @@ build() {
     mkdir -p "$out"
     cp "${CARGO_TARGET_DIR:-$pico/target}/$target/release/rover-pico" "$out/$name.elf"
     echo "$chip"
-    "$python" "$firmware/../tools/flash/uf2.py" --chip "$chip" "$out/$name.elf" "$out/$name.uf2"
+    PYTHONPATH=$firmware/.. "$python" -m tools.flash.uf2 --chip "$chip" "$out/$name.elf" "$out/$name.uf2"
     echo "$out/$name.uf2"
 }
 

@@ -139,7 +139,8 @@ class Bench:
         if self.decoder.push(byte):
             message = messages.BY_ID[self.decoder.identifier]
             payload = bytes(self.decoder.payload[: self.decoder.length])
-            self.last[message.name] = message.decode(payload)
+            fields = message.decode(payload)
+            self.last[message.name] = {name: value for name, value in fields.items() if isinstance(value, int)}
             if message is messages.LogText:
                 self.log += payload[1:].rstrip(b"\0") + b"\n" * (payload[-1] == 0)
 

@@ -1,7 +1,7 @@
 """Turn an ELF file for the RP2040 or RP2350 into the UF2 file that its boot loader takes, and report sizes.
 
-    python tools/flash/uf2.py rover-pico.elf rover-pico.uf2
-    python tools/flash/uf2.py --chip rp2350 rover-pico2.elf rover-pico2.uf2
+    python -m tools.flash.uf2 rover-pico.elf rover-pico.uf2
+    python -m tools.flash.uf2 --chip rp2350 rover-pico2.elf rover-pico2.uf2
 
 A UF2 file is a row of 512-byte blocks, each with a header, 256 bytes for one page of flash, and a closing word.
 """
@@ -13,7 +13,7 @@ import struct
 import sys
 from pathlib import Path
 
-import elf
+from tools.flash import elf
 
 MAGIC = (0x0A324655, 0x9E5D5157)
 MAGIC_END = 0x0AB16F30

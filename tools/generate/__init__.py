@@ -1,0 +1,1 @@
+"""Rust and Python from one description of what goes over a wire."""

@@ -68,8 +68,8 @@ def render(schema: Schema) -> str:
     lines.append('# Value tables by message and field: VALUES["State"]["cause"][4] == "DeadMan".')
     lines.append("VALUES: dict[str, dict[str, dict[int, str]]] = {")
     for message in schema.messages:
-        entries = [f'"{f.name}": {t}_NAMES' for m, f, t in tables if m is message]
-        if entries:
-            lines.append(f'    "{message.name}": {{{", ".join(entries)}}},')
+        named = [f'"{f.name}": {t}_NAMES' for m, f, t in tables if m is message]
+        if named:
+            lines.append(f'    "{message.name}": {{{", ".join(named)}}},')
     lines.append("}")
     return "\n".join(lines) + "\n" + FOOTER

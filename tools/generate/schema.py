@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,7 +91,7 @@ def load(path: Path) -> Schema:
                 raise ValueError(f"{where}: must be little-endian, {BIT_WIDTHS} bits wide and without offset")
             if signal.start != 8 * end:
                 raise ValueError(f"{where}: starts at bit {signal.start}, expected {8 * end}")
-            table = signal.choices or {}
+            table: Mapping[int, object] = signal.choices or {}
             fields.append(
                 Field(
                     name=signal.name,

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-TOOL = Path(__file__).resolve().parents[1] / "uf2.py"
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def elf_file(segments: list[tuple[int, bytes]], bss: int = 0) -> bytes:
@@ -45,7 +45,8 @@ def elf_file(segments: list[tuple[int, bytes]], bss: int = 0) -> bytes:
 def convert(tmp_path: Path, content: bytes, *options: str) -> tuple[subprocess.CompletedProcess[str], Path]:
     source, target = tmp_path / "firmware.elf", tmp_path / "firmware.uf2"
     source.write_bytes(content)
-    return subprocess.run([sys.executable, TOOL, *options, source, target], capture_output=True, text=True), target
+    command: list[str | Path] = [sys.executable, "-m", "tools.flash.uf2", *options, source, target]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True), target
 
 
 def test_each_page_becomes_a_block_with_what_is_not_covered_erased(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""Flash the board, and make the file that its boot loader takes."""

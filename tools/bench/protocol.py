@@ -9,9 +9,10 @@ Both sides are pure Python, so the times compare codecs and not languages. MAVLi
 from __future__ import annotations
 
 import argparse
+import itertools
 import random
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -203,19 +204,23 @@ def costs(frames: int, repeats: int) -> dict[str, tuple[float, float]]:
     return {name: (median(e for e, _ in pairs), median(d for _, d in pairs)) for name, pairs in taken.items()}
 
 
-def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
-    """Lines of the comparison, in Markdown."""
-    yield f"| | {Rover.name} | {Mavlink.name} | ratio |"
-    yield "|---|--:|--:|--:|"
+HEAD = (f"| | {Rover.name} | {Mavlink.name} | ratio |", "|---|--:|--:|--:|")
+
+
+def byte_rows() -> Iterator[str]:
+    """Rows of the comparison that count bytes."""
     for what, ours, theirs in sizes():
         yield f"| {what}, bytes | {ours} | {theirs} | {theirs / ours:.2f} |"
     segments, set_points = motion_rates()
     what = "1 m of motion, bytes/s: segments; set-points at 50 Hz"
     yield f"| {what} | {segments:.0f} | {set_points:.0f} | {set_points / segments:.0f} |"
-    sampled = sampled_rate()
-    yield f"| the same in the rover's framing: set-points at 50 Hz | {sampled:.0f} | | |"
+    yield f"| the same in the rover's framing: set-points at 50 Hz | {sampled_rate():.0f} | | |"
     line, frames_on_bus = segment_cost()
     yield f"| one segment, bytes on serial (CAN frames) | {line} ({frames_on_bus}) | | |"
+
+
+def noise_rows(seed: int, trials: int, frames: int) -> Iterator[str]:
+    """Rows about garbage and bit errors."""
     mine, other = resync(Rover, seed, trials), resync(Mavlink, seed, trials)
     yield (
         f"| good frames lost after garbage, mean (worst) | {mine.frames_lost_mean:.2f} ({mine.frames_lost_worst}) "
@@ -227,6 +232,10 @@ def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
     )
     shares = [through_noise(side, seed, frames) for side in (Rover, Mavlink)]
     yield f"| frames through bit errors at 10⁻⁴ | {shares[0]:.2%} | {shares[1]:.2%} | |"
+
+
+def time_rows(frames: int, repeats: int) -> Iterator[str]:
+    """Rows of processor time, relative to the rover's."""
     cost = costs(frames, repeats)
     for position, what in enumerate(("encode", "decode")):
         ratio = cost[Mavlink.name][position] / cost[Rover.name][position]
@@ -236,11 +245,17 @@ def table(seed: int, trials: int, frames: int, repeats: int) -> Iterable[str]:
 def main(arguments: list[str]) -> int:
     """Prints the comparison."""
     parser = argparse.ArgumentParser(prog="python -m tools.bench protocol", description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=("bytes", "noise", "time"), action="append", help="these rows alone")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--trials", type=int, default=2000, help="bursts of garbage")
     parser.add_argument("--frames", type=int, default=5000, help="frames through noise and for the timing")
     parser.add_argument("--repeats", type=int, default=7, help="timings of which the median counts")
     options = parser.parse_args(arguments)
-    for line in table(options.seed, options.trials, options.frames, options.repeats):
+    parts = {
+        "bytes": byte_rows(),
+        "noise": noise_rows(options.seed, options.trials, options.frames),
+        "time": time_rows(options.frames, options.repeats),
+    }
+    for line in itertools.chain(HEAD, *(parts[name] for name in (options.only or parts))):
         print(line)
     return 0

@@ -8,5 +8,6 @@ A page holds blocks like
 
 `cheap`: a few seconds, compared by `make test`. `text`: what is printed goes into a fenced block. `tolerance`: by how
 much a number may differ, relative (`2%`) or absolute (`0.1`); without it none may. A command runs in the repository's
-root; one that names $ROVER_DATA is left out where that is not set.
+root and may write to the folder $SCRATCH, which goes afterwards; one that names $ROVER_DATA is left out where that is
+not set.
 """

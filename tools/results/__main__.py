@@ -11,7 +11,7 @@ from tools.results import page
 from tools.results.compare import first_difference
 from tools.results.run import ROOT, CommandFailed, lacks_data, output
 
-FOLDERS = ("docs", "companion/src/rover/models")
+FOLDERS = ("docs", "companion/models")
 
 
 def pages() -> list[Path]:

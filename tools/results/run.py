@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import tempfile
 from pathlib import Path
 
 from tools.results.page import Block
@@ -25,10 +26,16 @@ def lacks_data(block: Block) -> bool:
 
 def output(block: Block) -> str:
     """What the command prints on stdout. Raises CommandFailed."""
-    done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", block.command],
-        cwd=ROOT, env=os.environ | ENVIRONMENT, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as scratch:
+        done = subprocess.run(
+            ["bash", "-o", "pipefail", "-c", block.command],
+            cwd=ROOT,
+            env=os.environ | ENVIRONMENT | {"SCRATCH": scratch},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
     if done.returncode != 0 or not done.stdout.strip():
         last = (done.stderr.strip().splitlines() or ["nothing was printed"])[-1]
         raise CommandFailed(f"`{block.command}` ended with exit code {done.returncode}: {last}")

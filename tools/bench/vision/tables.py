@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import math
+from statistics import NormalDist
 
 import numpy as np
 from rover.vision.camera.file import load_camera
-from scipy.stats import chi2
 
 from tools.bench.vision.drives import FRAME_STEPS, Track, follow, loops, scenes, twenty_metres
 from tools.bench.vision.kidnap import Outcome, kidnap
@@ -15,11 +16,17 @@ from tools.bench.vision.way import STEP
 FREEDOM = 3
 
 
+def chi_squared(probability: float, freedom: int) -> float:
+    """Quantile of the χ² distribution after Wilson and Hilferty (1931), good to 0.5 % from 12 degrees of freedom on."""
+    spread = 2.0 / (9.0 * freedom)
+    return freedom * (1.0 - spread + NormalDist().inv_cdf(probability) * math.sqrt(spread)) ** 3
+
+
 def nees_text(tracks: list[Track]) -> str:
     """Mean NEES, its 95 % bounds for so many independent runs, and the share of moments at which it lies within."""
     shortest = min(len(track.nees) for track in tracks)
     by_time = np.mean([track.nees[:shortest] for track in tracks], axis=0)
-    low, high = (float(chi2.ppf(q, FREEDOM * len(tracks))) / len(tracks) for q in (0.025, 0.975))
+    low, high = (chi_squared(q, FREEDOM * len(tracks)) / len(tracks) for q in (0.025, 0.975))
     within = float(np.mean((by_time >= low) & (by_time <= high)))
     below = float(np.mean(by_time < low))
     return f"{by_time.mean():.2f} ({low:.2f} to {high:.2f}; {within:.0%} of the time within, {below:.0%} below)"

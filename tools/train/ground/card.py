@@ -17,14 +17,15 @@ def ground_section(
     counts: dict[str, int],
     results: dict[str, tuple[Looks, np.ndarray]],
     floor: float,
-    driven: dict[str, str],
+    driven: dict[str, tuple[str, str]],
     notes: dict[str, str],
     sha256: str,
     options: argparse.Namespace,
 ) -> str:
-    """Markdown. counts: samples per class. driven: per drive its tables. notes: of the calibration.
+    """Markdown. counts: samples per class. driven: per drive the measurement of tools.bench and its tables.
 
-    results: per test set its looks and probabilities (N, classes); mines below `floor` kelvin do not count there.
+    notes: of the calibration. results: per test set its looks and probabilities (N, classes); mines below `floor`
+    kelvin do not count there.
     """
     told = ", ".join(f"{number} {name}" for name, number in counts.items())
     calibration = ", ".join(f"{name} {value}" for name, value in notes.items())
@@ -33,7 +34,10 @@ def ground_section(
         for name, (looks, p) in results.items()
     )
     hours = ", ".join(f"{begin:g} to {end:g}" for begin, end in HELD_OUT_HOURS)
-    drives = "\n\n".join(f"#### {name}\n\n{table.replace('### ', '##### ')}" for name, table in driven.items())
+    drives = "\n\n".join(
+        f"#### {name}\n\n<!-- results: .venv/bin/python -m tools.bench {bench} -->\n\n{tables}\n\n<!-- /results -->"
+        for name, (bench, tables) in driven.items()
+    )
     return f"""Input: {LENGTH} numbers per candidate: a {SIDE}x{SIDE} thermal patch, a {SIDE}x{SIDE} occupancy patch, a
 {SIDE}x{SIDE} wide patch and {len(STATISTICS)} statistics in kelvin and metres (`rover.detection.ground.patch`). Output:
 calibrated probabilities ({calibration}).
@@ -62,8 +66,7 @@ candidates. 95 % intervals: fields drawn again.
 
 ### Driven over whole fields
 
-`python -m tools.bench detector`: several looks fused into places, as on the rover, with poses good to 1 cm. Mines
-without contrast count as missed.
+Several looks fused into places, as on the rover, with poses good to 1 cm. Mines without contrast count as missed.
 
 {drives}
 

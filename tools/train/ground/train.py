@@ -71,10 +71,13 @@ def main(arguments: Sequence[str]) -> None:
     results = {name: (looks, classifier.predict(looks.vectors)) for name, looks in seen.items()}
     drives = {
         f"the demo mission, fields {FIRST_DRIVE} and on": False,
-        f"other soils and hours, fields {FIRST_DRIVE} and on (--mixed)": True,
+        f"other soils and hours, fields {FIRST_DRIVE} and on": True,
     }
     driven = {
-        name: detector.as_markdown(detector.drive_all(options.out, options.drives, FIRST_DRIVE, mixed))
+        name: (
+            f"detector --fields {options.drives} --first {FIRST_DRIVE}" + " --mixed" * mixed,
+            detector.as_markdown(detector.drive_all(options.out, options.drives, FIRST_DRIVE, mixed)),
+        )
         for name, mixed in drives.items()
         if options.drives
     }

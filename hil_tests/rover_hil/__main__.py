@@ -1,7 +1,6 @@
-"""Command line of the rigs.
+"""The server of a lock-stepped rig, as a companion starts it; `rover hil serve` is a rig for any client.
 
 python -m rover_hil serve --mission demo --rig sitl --seed 3 --control /tmp/rover.sock
-python -m rover_hil serve --mission demo --control /tmp/rover.sock --free-run --frames /tmp/camera.sock
 """
 
 from __future__ import annotations
@@ -30,8 +29,6 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
     command.add_argument("--data", type=Path, help="folder with landmines/: ground of real thermal pictures")
     command.add_argument("--former", type=Path, help="folder of a run whose rover drives on from where it stands")
     command.add_argument("--linger", type=float, default=60.0, help="seconds to go on after a companion was lost")
-    command.add_argument("--free-run", action="store_true", help="real time from the start, without a companion")
-    command.add_argument("--frames", type=Path, help="unix socket for the camera's pictures, in real time")
     command.add_argument(
         "--no-camera", dest="pictures", action="store_false", help="take no pictures: the world without vision"
     )

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-from rover.capture.publisher import FramePublisher
 from rover.errors import BadInput
 from rover.link.port import SLCAN_BAUD
 from rover.mission.config import Mission, load
@@ -40,10 +39,8 @@ class Options:
     out: Path | None = None
     data: Path | None = None
     linger: float = 60.0
-    free_run: bool = False
     wire: str = "serial"
     pictures: bool = True
-    frames: Path | None = None
     former: Path | None = None
 
 
@@ -52,6 +49,15 @@ def check_rig(name: str) -> None:
     if name not in RIGS:
         raise BadInput(f"--rig {name}: not known here; there is {', '.join(RIGS)}")
     RIGS[name].command()
+
+
+def on_wire(mission: Mission, wire: str) -> Mission:
+    """The mission with the baud rate of that wire. Raises BadInput for a wire that is not known."""
+    if wire not in WIRES:
+        raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")
+    if wire == "serial":
+        return mission
+    return replace(mission, rover=replace(mission.rover, baud=SLCAN_BAUD))
 
 
 def build_rig(
@@ -68,10 +74,7 @@ def build_rig(
     `former`: folder of a run whose rover drives on from where it stands. Raises BadInput, PreflightFailed.
     """
     check_rig(name)
-    if wire not in WIRES:
-        raise BadInput(f"--wire {wire}: not known here; there is {', '.join(WIRES)}")
-    if wire == "can":
-        mission = replace(mission, rover=replace(mission.rover, baud=SLCAN_BAUD))
+    mission = on_wire(mission, wire)
     model = load_camera(mission.rover.camera)
     plant = build_plant(mission, ground, model, seed, pictures)
     if former is not None:
@@ -118,17 +121,14 @@ def serve(options: Options) -> None:
         return verdict
 
     try:
-        publisher = FramePublisher(options.frames) if options.frames is not None else None
-        server = Server(rig, options.control, finish, publisher)
+        server = Server(rig, options.control, finish)
         try:
             announcement = {"port": rig.port, "control": str(options.control)}
             sys.stdout.write(json.dumps(announcement) + "\n")
             sys.stdout.flush()
-            server.run(options.free_run, options.linger)
+            server.run(options.linger)
         finally:
             server.close()
-            if publisher is not None:
-                publisher.close()
     finally:
         rig.close()
 

@@ -16,7 +16,7 @@ from rover.cli.main import invoke
 from rover.errors import PreflightFailed
 from rover_hil.device.bench import TEST_KEY, TEST_MODE_FLAG, Bench
 from rover_hil.firmware_process import find_binary
-from rover_hil.testing.rigs import start_rig
+from rover_hil.testing.served import ServedRig
 from rover_protocol import messages
 
 DEAD_MAN, GAIN_POSITION = 1, 45
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.rig("device")
 
 
 @pytest.fixture(scope="module")
-def port(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def port(request: pytest.FixtureRequest) -> Iterator[str]:
     """Of the board that was named, or of a stand-in."""
     given = request.config.getoption("--port")
     if given is not None:
@@ -34,9 +34,7 @@ def port(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         find_binary()
     except PreflightFailed as missing:
         pytest.skip(str(missing))
-    mission = Path(__file__).resolve().parent / "missions" / "look.toml"
-    control = tmp_path_factory.mktemp("device") / "control"
-    running = start_rig(control, "--mission", str(mission), "--free-run", "--linger", "300")
+    running = ServedRig(str(Path(__file__).resolve().parent / "missions" / "look.toml"), "--free-run")
     yield running.port
     running.stop()
 

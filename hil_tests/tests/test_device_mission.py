@@ -21,7 +21,7 @@ from rover.cli.main import invoke
 from rover.errors import PreflightFailed
 from rover.record.log_reader import Log
 from rover_hil.serve import RIGS
-from rover_hil.testing.rigs import RunningRig, start_rig
+from rover_hil.testing.served import ServedRig
 from rover_protocol import messages
 
 pytestmark = pytest.mark.rig("sitl in place of a device")
@@ -34,16 +34,13 @@ PATIENCE = 120.0
 class Rover:
     """A free-running rig with its world's mission, and the companion's command line for it."""
 
-    rig: RunningRig
-    camera: Path
-    wire: str
+    rig: ServedRig
     folder: Path
 
     def start(self, mission: str, *options: str) -> subprocess.Popen[str]:
         """`rover run` as a process of its own."""
-        port = f"can:slcan:{self.rig.port}" if self.wire == "can" else self.rig.port
         command = [sys.executable, "-m", "rover.cli.main", "run", str(MISSIONS / f"{mission}.toml")]
-        command += ["--rig", "device", "--port", port, "--camera-source", f"socket:{self.camera}"]
+        command += ["--rig", "device", "--port", self.rig.port, "--camera-source", self.rig.camera_source]
         command += ["--seed", str(SEED), "--out", str(self.folder / "run"), *options]
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -80,9 +77,8 @@ class Rover:
         for zone in content["zones"]:
             zone["t"] += offset
             zone["until"] = None if zone["until"] is None else zone["until"] + offset
-        client = self.rig.client()
-        client.ask(op="hello")
-        return client.ask(op="finish", **content)[0]
+        verdict: dict[str, Any] = self.rig.ask("judge", **content)["verdict"]
+        return verdict
 
 
 def rig_time_ahead(log: Path) -> float:
@@ -110,13 +106,12 @@ def rover(tmp_path: Path) -> Iterator[Callable[..., Rover]]:
         RIGS["sitl"].command()
     except PreflightFailed as missing:
         pytest.skip(str(missing))
-    running: list[RunningRig] = []
+    running: list[ServedRig] = []
 
-    def start(mission: str, wire: str = "serial", *options: str) -> Rover:
-        camera = tmp_path / "camera.sock"
-        world = ("--free-run", "--mission", str(MISSIONS / f"{mission}.toml"), "--seed", str(SEED), "--wire", wire)
-        running.append(start_rig(tmp_path / "control", *world, "--frames", str(camera), *options))
-        return Rover(running[-1], camera, wire, tmp_path)
+    def start(mission: str, wire: str = "serial") -> Rover:
+        options = ("--free-run", "--seed", str(SEED), "--transport", wire)
+        running.append(ServedRig(str(MISSIONS / f"{mission}.toml"), *options))
+        return Rover(running[-1], tmp_path)
 
     yield start
     for one in running:
@@ -184,9 +179,7 @@ def test_ctrl_c_is_a_controlled_stop_and_a_lost_rover_is_told(rover):
 
 def test_nothing_moves_while_the_emergency_stop_is_pressed_or_the_camera_is_another(rover, tmp_path):
     real = rover("look")
-    client = real.rig.client()
-    client.ask(op="inputs", emergency_stop=True)
-    client.socket.close()
+    real.rig.ask("fault", fault="emergency-stop-input")
     other = (MISSIONS / "look.toml").read_text() + '\n[rover]\ncamera = "e6390-320"\n'
     (tmp_path / "other.toml").write_text(other.replace("[launch]", "[launch]\nsurveyed_radius_m = 0.45"))
     code, out, err = real.run(str(tmp_path / "other"))
@@ -200,7 +193,7 @@ def test_nothing_moves_while_the_emergency_stop_is_pressed_or_the_camera_is_anot
 def test_a_port_where_nobody_is_and_a_camera_that_is_none_are_one_line_each(rover, capsys, tmp_path):
     real = rover("look")
     mission = str(MISSIONS / "look.toml")
-    camera = f"socket:{real.camera}"
+    camera = real.rig.camera_source
     out = ["--out", str(tmp_path / "run")]
     cases = [
         (["--port", "/nowhere/tty", "--camera-source", camera], 3, "cannot open the port /nowhere/tty"),

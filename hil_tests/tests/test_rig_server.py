@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -192,17 +191,6 @@ def test_a_second_companion_counts_from_zero(rig: Start) -> None:
         reply, _ = client.ask(op="advance", to_us=start["now_us"] + 200_000, host_bytes=talk.hello())
         talk.read_exactly(reply["marks"][-1][1])
         assert talk.received("HelloBuild")
-
-
-def test_without_a_companion_a_free_running_rig_lives_in_real_time(rig: Start) -> None:
-    running = rig("--free-run")
-    with FirmwareTalk(running.port) as talk:
-        talk.wait_for("State", lambda _: True, seconds=10.0)
-        talk.hello()
-        assert talk.wait_for("HelloBuild", lambda _: True, seconds=2.0)["accepted"] == 1
-    before = time.monotonic()
-    now = running.client().ask(op="hello")[0]["now_us"] * 1e-6
-    assert 0.0 < now < before + 60.0
 
 
 def test_when_the_firmware_dies_everything_closes_and_the_rig_says_so(rig: Start) -> None:

@@ -55,6 +55,15 @@ class Table:
         """Whether the key is there."""
         return key in self._values
 
+    def holds_text(self, key: str) -> bool:
+        """Whether the key is there with a string."""
+        return isinstance(self._values.get(key), str)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All of it, as it is."""
+        return self._values
+
     def names(self) -> list[str]:
         """All keys, in the order of the file."""
         return list(self._values)

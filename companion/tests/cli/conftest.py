@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rover.cli.main import invoke
@@ -62,19 +64,23 @@ def mission_file(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="module")
-def free_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], str]]:
+def free_rig() -> Iterator[Callable[[str], str]]:
     """Starts a rig in real time with that wire, and returns its port."""
-    rigs = pytest.importorskip("rover_hil.testing.rigs")
-    running: list[Any] = []
+    pytest.importorskip("rover_hil")
+    running: list[subprocess.Popen[str]] = []
 
     def start(transport: str) -> str:
-        try:
-            control = tmp_path_factory.mktemp("rig") / "control"
-            running.append(rigs.start_rig(control, "--free-run", "--wire", transport))
-        except RuntimeError as error:
-            pytest.skip(f"the sitl rig does not start: {error}")
-        return str(running[-1].port) if transport == "serial" else f"can:slcan:{running[-1].port}"
+        line = [sys.executable, "-m", "rover.cli.main", "hil", "serve", "demo", "--free-run", "--transport", transport]
+        rig = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        running.append(rig)
+        assert rig.stdout is not None
+        assert rig.stderr is not None
+        announced = rig.stdout.readline()
+        if not announced:
+            pytest.skip(f"the sitl rig does not start: {rig.stderr.read()}")
+        return str(json.loads(announced)["port"])
 
     yield start
     for rig in running:
-        rig.stop()
+        rig.terminate()
+        rig.communicate()

@@ -33,6 +33,7 @@ Examples:
 """
 FAILED = 6
 
+
 def run(
     scenarios: Annotated[list[str] | None, typer.Argument(metavar="SCENARIO…", help="Names, files, folders.")] = None,
     every: Annotated[bool, typer.Option("--all", help="All scenarios that ship and can exist on this rig.")] = False,

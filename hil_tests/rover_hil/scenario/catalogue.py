@@ -221,3 +221,7 @@ IN_MISSIONS = (
     "sonar-deaf", "obstacle-ahead", "battery-sag", "carried-away",
 )  # fmt: skip
 """Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives."""
+
+OF_PROCESSES = ("companion-killed", "companion-frozen", "operator-stop")
+OF_THE_WORLD = tuple(fault for fault in IN_MISSIONS if fault not in OF_PROCESSES)
+"""Faults of the rover and of what is around it: they need no companion that the rig knows."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -140,6 +141,26 @@ def _injection(table: Table, number: int, mission: str | None) -> Injection:
         duration=duration,
         parameters={name: _parameter(table, name, spec) for name, spec in kind.parameters.items()},
     )
+
+
+def read_fault(table: Table, faults: Sequence[str], rig: str, transport: str) -> Injection:
+    """A fault that begins now, in the words of an `[[inject]]` without its time. Raises BadInput."""
+    fault = table.choice("fault", faults)
+    kind = FAULTS[fault]
+    lasting = ("duration_s",) if kind.lasting else ()
+    table.only("fault", "name", *lasting, *kind.parameters)
+    injection = Injection(
+        name=table.text("name", fault),
+        fault=fault,
+        at=None,
+        when=None,
+        when_text="",
+        after=None,
+        duration=table.number("duration_s", 0.001, LONGEST) if table.has("duration_s") else None,
+        parameters={name: _parameter(table, name, spec) for name, spec in kind.parameters.items()},
+    )
+    _check_possible(table, injection, (rig,), transport)
+    return injection
 
 
 def _condition(table: Table, text: str) -> Any:

@@ -32,7 +32,7 @@ COMMANDS: Mapping[str, str] = {
     "flash": "Writes the firmware to the board and asks it for its self-test.",
     "doctor": "What is installed, what is connected.",
     "link": "Measures the link to the firmware.",
-    "hil": "Fault scenarios on a rig.",
+    "hil": "Fault scenarios on a rig, or a rig by itself.",
 }
 """Every command of the project with a line about it, in the order of `rover --help`."""
 

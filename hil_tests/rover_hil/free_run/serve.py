@@ -1,0 +1,87 @@
+"""Sets up a rig for a mission, announces it, and lets it run until a client, a signal or a failure ends it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import tempfile
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from rover.capture.publisher import FramePublisher
+from rover.link.port import CanPort
+from rover.mission.config import load
+from rover.vision.camera.file import load_camera
+
+from rover_hil.free_run.control import ControlSocket
+from rover_hil.free_run.real_time import RealTime
+from rover_hil.free_run.requests import Requests
+from rover_hil.ground import build
+from rover_hil.plant_config import build_plant, describe_camera
+from rover_hil.scenario.board_faults import FAULTY_RIGS
+from rover_hil.serve import check_rig, on_wire, share_one_core, verdict_of, write_truth
+
+PERIOD_S = 0.002
+"""Between two steps of the world."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line says. `paused`: time stands still until a client says go."""
+
+    mission: str
+    rig: str = "sitl"
+    transport: str = "serial"
+    seed: int = 1
+    paused: bool = False
+    data: Path | None = None
+    out: Path | None = None
+
+
+def serve(options: Options) -> None:
+    """Runs the rig. Raises BadInput, PreflightFailed, RigFailed; SIGINT and SIGTERM end it in order."""
+    check_rig(options.rig)  # before the field, which takes a while
+    mission = on_wire(load(options.mission), options.transport)
+    ground = build(mission, options.seed, options.data)
+    model = load_camera(mission.rover.camera)
+    plant = build_plant(mission, ground, model, options.seed)
+    share_one_core()
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rover-rig-")))
+        camera, control = folder / "camera.sock", folder / "control.sock"
+        kind = FAULTY_RIGS[options.rig]
+        rig = stack.enter_context(closing(kind(plant, describe_camera(model), mission.rover.baud, options.transport)))
+        world = RealTime(rig, stack.enter_context(closing(FramePublisher(camera))), options.paused)
+        socket = stack.enter_context(closing(ControlSocket(control)))
+
+        def judge(zones: list[dict[str, Any]], detections: list[dict[str, Any]]) -> dict[str, Any]:
+            return verdict_of(rig, mission, ground, zones, detections)
+
+        requests = Requests(rig, plant, world, options.transport, mission, judge)
+        port = rig.port if options.transport == "serial" else CanPort("slcan", rig.port).name
+        announce(port, f"socket:{camera}", control)
+        try:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, _end)
+            while not requests.stopped:
+                world.step()
+                requests.end_faults()
+                socket.serve(requests.answer, PERIOD_S)
+        finally:
+            if options.out is not None:
+                write_truth(options.out, rig, ground, options.seed, judge([], []))
+
+
+def announce(port: str, camera_source: str, control: Path) -> None:
+    """The first line of stdout: what a client needs."""
+    told = {"port": port, "camera_source": camera_source, "control": str(control), "pid": os.getpid()}
+    sys.stdout.write(json.dumps(told) + "\n")
+    sys.stdout.flush()
+
+
+def _end(*_: object) -> NoReturn:
+    raise SystemExit(0)

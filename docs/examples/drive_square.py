@@ -9,7 +9,6 @@ import itertools
 import json
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from rover.link.clock import WallClock
@@ -51,8 +50,7 @@ def drive(port: str, segments: list[Segment]) -> Odometry:
 
 
 if __name__ == "__main__":
-    serve = [sys.executable, "-m", "rover_hil", "serve", "--mission", str(MISSION), "--free-run", "--no-camera"]
-    serve += ["--control", f"{tempfile.mkdtemp()}/control"]
+    serve = [sys.executable, "-m", "rover.cli.main", "hil", "serve", str(MISSION), "--free-run", "--no-camera"]
     with subprocess.Popen(serve, stdout=subprocess.PIPE) as rig:
         assert rig.stdout is not None
         at = drive(json.loads(rig.stdout.readline())["port"], square())

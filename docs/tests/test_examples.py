@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rover.errors import PreflightFailed
 from rover_hil.firmware_process import find_binary
-from rover_hil.testing.rigs import start_rig
+from rover_hil.testing.served import ServedRig
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -50,8 +50,8 @@ def test_the_square_ends_where_it_began() -> None:
 
 @pytest.mark.rig("sitl")
 @pytest.mark.usefixtures("firmware")
-def test_a_board_tells_who_it_is_and_how_it_stands(tmp_path: Path) -> None:
-    rig = start_rig(tmp_path / "control", "--free-run", "--no-camera")
+def test_a_board_tells_who_it_is_and_how_it_stands() -> None:
+    rig = ServedRig("demo", "--free-run", "--no-camera")
     try:
         printed = run("talk_to_board.py", rig.port)
     finally:

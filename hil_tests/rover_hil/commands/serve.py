@@ -29,6 +29,7 @@ def command(
     transport: Annotated[TransportName, typer.Option(help="The wire to the firmware.")] = TransportName.SERIAL,
     seed: Annotated[int, typer.Option(min=0, help="Fixes the field and everything else random.")] = 1,
     free_run: Annotated[bool, typer.Option("--free-run", help="Time runs from the start.")] = False,
+    no_camera: Annotated[bool, typer.Option("--no-camera", help="The camera takes no pictures.")] = False,
     world: Annotated[Path | None, typer.Option(metavar="WORLD.toml", help="Not in this version.")] = None,
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
@@ -44,5 +45,5 @@ def command(
         raise BadInput(f"--data {data}: no such folder")
     from rover_hil.free_run.serve import Options, serve
 
-    serve(Options(mission, rig.value, transport.value, seed, not free_run, data, out))
+    serve(Options(mission, rig.value, transport.value, seed, not free_run, not no_camera, data, out))
     return 0

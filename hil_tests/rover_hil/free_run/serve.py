@@ -38,6 +38,7 @@ class Options:
     transport: str = "serial"
     seed: int = 1
     paused: bool = False
+    pictures: bool = True
     data: Path | None = None
     out: Path | None = None
 
@@ -48,7 +49,7 @@ def serve(options: Options) -> None:
     mission = on_wire(load(options.mission), options.transport)
     ground = build(mission, options.seed, options.data)
     model = load_camera(mission.rover.camera)
-    plant = build_plant(mission, ground, model, options.seed)
+    plant = build_plant(mission, ground, model, options.seed, options.pictures)
     share_one_core()
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rover-rig-")))

@@ -2,10 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-/// What a lattice's cell costs the searches of one tour, about, before any has been timed.
-const SECONDS_PER_CELL: f64 = 50e-9;
+/// Seconds that a lattice's cell costs the searches of one tour, about, before any has been timed.
+const CELL_S: f64 = 50e-9;
 /// Cells above which a lattice costs more than it brings to a counted budget.
-const COUNTED_CELLS: f64 = 60_000.0;
+const MAX_COUNTED_CELLS: f64 = 60_000.0;
+/// Share of the time left that an improvement may be expected to take.
+const MAX_SHARE: f64 = 0.8;
+/// Iterations between two looks at the clock.
+const CLOCK_PERIOD: u64 = 8;
+/// The longest budget, in milliseconds: eleven days.
+const MAX_BUDGET_MS: f64 = 1e9;
 
 /// How fast lattices have been searched so far.
 #[derive(Default)]
@@ -14,16 +20,20 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// Seconds that searches over so many `cells` will take, about.
     pub fn expected(&self, cells: f64) -> f64 {
-        cells * self.seconds_per_cell.unwrap_or(SECONDS_PER_CELL)
+        cells * self.seconds_per_cell.unwrap_or(CELL_S)
     }
 
+    /// Learns from searches over so many `cells`.
     pub fn saw(&mut self, cells: f64, seconds: f64) {
         self.seconds_per_cell = Some(seconds / cells);
     }
 }
 
+/// Iterations and time that are left.
 pub struct Budget {
+    /// Iterations so far.
     pub used: u64,
     limit: u64,
     deadline: Option<Instant>,
@@ -31,6 +41,7 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// So many iterations and no end of time.
     pub fn new(limit: u64) -> Self {
         Self {
             used: 0,
@@ -42,8 +53,8 @@ impl Budget {
 
     /// From now on time ends so many `milliseconds` after `started`, if that is said.
     pub fn end_after(&mut self, started: Instant, milliseconds: Option<f64>) {
-        self.deadline =
-            milliseconds.map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, 1e9) * 1e-3));
+        self.deadline = milliseconds
+            .map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, MAX_BUDGET_MS) * 1e-3));
         self.expired = self.late();
     }
 
@@ -53,22 +64,24 @@ impl Budget {
         self.expired = self.late();
     }
 
-    /// Counts one iteration; false when none is left. The clock is only read every 8 iterations.
+    /// Counts one iteration; false when none is left. The clock is only read now and then.
     pub fn spend(&mut self) -> bool {
         if self.expired || self.used >= self.limit {
             return false;
         }
         self.used += 1;
-        if self.used.is_multiple_of(8) {
+        if self.used.is_multiple_of(CLOCK_PERIOD) {
             self.expired = self.late();
         }
         true
     }
 
+    /// True when no iteration is left.
     pub fn exhausted(&self) -> bool {
         self.expired || self.used >= self.limit
     }
 
+    /// True when the time is over, by the clock.
     pub fn late(&self) -> bool {
         self.deadline
             .is_some_and(|deadline| Instant::now() >= deadline)
@@ -81,26 +94,59 @@ impl Budget {
             return false;
         }
         match self.deadline {
-            None => cells <= COUNTED_CELLS,
+            None => cells <= MAX_COUNTED_CELLS,
             Some(deadline) => {
                 let left = deadline.saturating_duration_since(Instant::now());
-                seconds < 0.8 * left.as_secs_f64()
+                seconds < MAX_SHARE * left.as_secs_f64()
             }
         }
     }
 
+    /// When the time is over, if ever.
     pub fn deadline(&self) -> Option<Instant> {
         self.deadline
     }
 
-    /// Lets a nested search use at most `share` iterations more.
+    /// Lets a nested search use at most `share` iterations more; returns what `restore` needs.
     pub fn capped(&mut self, share: u64) -> u64 {
         let whole = self.limit;
         self.limit = whole.min(self.used.saturating_add(share));
         whole
     }
 
+    /// Ends the cap on a nested search.
     pub fn restore(&mut self, whole: u64) {
         self.limit = whole;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn iterations_are_counted_to_the_limit_and_not_beyond() {
+        let mut budget = Budget::new(3);
+        assert_eq!((0..5).filter(|_| budget.spend()).count(), 3);
+        assert!(budget.exhausted() && !budget.late());
+        budget.improve_until(4);
+        assert!(budget.spend() && !budget.spend());
+        assert_eq!(budget.used, 4);
+    }
+
+    #[test]
+    fn a_capped_search_leaves_the_rest_to_others() {
+        let mut budget = Budget::new(10);
+        let whole = budget.capped(4);
+        assert_eq!((0..10).filter(|_| budget.spend()).count(), 4);
+        budget.restore(whole);
+        assert_eq!((0..10).filter(|_| budget.spend()).count(), 6);
+    }
+
+    #[test]
+    fn a_deadline_in_the_past_ends_everything_at_once() {
+        let mut budget = Budget::new(1_000);
+        budget.end_after(Instant::now(), Some(0.0));
+        assert!(budget.late() && budget.exhausted() && !budget.spend());
     }
 }

@@ -1,52 +1,22 @@
-//! Python's door to the planner's inner loops: arrays in, arrays out, every value checked here.
+//! The inner loops of the rover's planner.
+//!
+//! A plan is a pure function of a map, a request and a seed. The folders, each of which uses only those before it:
+//! `map` (collision checks and clearance), `lattice` (graph search over the map), `tree` (sampling planners), `path`
+//! (simplification, order of visit), `replan` (what survives when the map changes), `planner` (one plan from request to
+//! outcome). `viewpoint` counts what a camera would see. `python` converts and checks values, and does nothing else.
 
-mod again;
-mod arrays;
-mod budget;
-mod capsule;
-mod circles;
-mod closely;
-mod connect;
-mod detour;
-mod dijkstra;
-mod elastic;
-mod escape;
-mod field;
-mod geometry;
-mod grid;
-mod ground;
-mod hang;
-mod lattice;
-mod memory;
-mod mend;
-mod mended;
-mod order;
-mod planner;
-mod python_field;
-mod python_grids;
-mod python_planner;
-mod python_request;
-mod random;
-mod roadmap;
-mod route;
-mod rrt;
-mod search;
-mod shorten;
-mod star;
-mod tiles;
-mod tour;
-mod transform;
-mod tree;
-mod views;
-mod wave;
+#![warn(missing_docs)]
 
-use pyo3::prelude::*;
-
-#[pymodule]
-fn rover_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<python_field::NativeField>()?;
-    module.add_class::<python_planner::NativePlanner>()?;
-    module.add_function(wrap_pyfunction!(python_grids::clearance_map, module)?)?;
-    module.add_function(wrap_pyfunction!(python_grids::distance_field, module)?)?;
-    module.add_class::<python_grids::Views>()
-}
+pub mod budget;
+pub mod geometry;
+pub mod lattice;
+pub mod map;
+pub mod path;
+pub mod planner;
+// Links against the interpreter that imports it, so that the unit tests do without.
+#[cfg(not(test))]
+mod python;
+pub mod random;
+pub mod replan;
+pub mod tree;
+pub mod viewpoint;

@@ -124,7 +124,7 @@ def test_a_start_slightly_too_near_an_obstacle_is_left_outward():
     field = CircleField(3.0, 3.0, [[1.0, 1.0, 0.2]])
     start = (1.33, 1.0)  # clearance 0.13 where 0.15 is needed
     assert not plan(field, start, [(0.4, 1.0)]).ok
-    result = plan(field, start, [(0.4, 1.0)], start_escape_m=0.1)
+    result = plan(field, start, [(0.4, 1.0)], start_recovery_m=0.1)
     assert result.ok
     assert tuple(result.path[0]) == start
     way_out = start + np.linspace(0.0, 1.0, 50)[:, None] * (result.path[1] - start)
@@ -137,7 +137,7 @@ def test_a_start_slightly_too_near_an_obstacle_is_left_outward():
 def test_the_way_out_never_leads_deeper_in():
     field = CircleField(3.0, 3.0, [[1.0, 1.0, 0.2], [1.58, 1.0, 0.2]])
     # Between two circles 0.18 m apart clearance grows only sideways, and not within 5 cm to 0.15 m.
-    assert not plan(field, (1.29, 1.0), [(2.5, 2.5)], start_escape_m=0.05).ok
+    assert not plan(field, (1.29, 1.0), [(2.5, 2.5)], start_recovery_m=0.05).ok
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,7 @@ def decide(space: FreeSpace, pose: Pose2, targets: Sequence[Target], seed: int) 
         seed=seed,
         iterations=PLAN_ITERATIONS,
         any_order=True,
-        start_escape_m=START_ESCAPE,
+        start_recovery_m=START_ESCAPE,
         corner_cost_m=CORNER_COST,
     )
     if not found.order:

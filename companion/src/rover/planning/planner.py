@@ -26,7 +26,7 @@ def plan(
     iterations: int | None = None,
     budget_ms: float | None = None,
     any_order: bool = False,
-    start_escape_m: float = 0.0,
+    start_recovery_m: float = 0.0,
     corner_cost_m: float = 0.0,
     step_m: float | None = None,
     goal_bias: float | None = None,
@@ -41,7 +41,7 @@ def plan(
     of tree extensions and shortcut attempts until which planning goes on improving: the same seed gives the same
     path. `budget_ms` does so by the clock, which is not repeatable. A first solution is sought beyond both.
 
-    `any_order` lets the planner choose the order (exact up to 12 goals). `start_escape_m`: a start that is nearer to
+    `any_order` lets the planner choose the order (exact up to 12 goals). `start_recovery_m`: a start that is nearer to
     an obstacle than the radius may be left over up to this distance as long as the clearance grows.
     `corner_cost_m` is the length that one corner less is worth.
 
@@ -51,7 +51,7 @@ def plan(
         raise BadInput(f"unknown algorithm {algorithm!r}: choose one of {', '.join(ALGORITHMS)}")
     start, points = checked_points(field, start, goals)
     settings = native_settings(
-        robot_radius, any_order, start_escape_m, corner_cost_m, budget_ms, iterations, step_m, goal_bias
+        robot_radius, any_order, start_recovery_m, corner_cost_m, budget_ms, iterations, step_m, goal_bias
     )
     goal_array = np.array(points, dtype=np.float64).reshape(-1, 2)
     found = field.native.plan(start, goal_array, algorithm, int(seed) % 2**64, settings)
@@ -72,7 +72,7 @@ def checked_points(
 def native_settings(
     robot_radius: float,
     any_order: bool,
-    start_escape_m: float,
+    start_recovery_m: float,
     corner_cost_m: float,
     budget_ms: float | None,
     iterations: int | None,
@@ -81,7 +81,7 @@ def native_settings(
 ) -> dict[str, Any]:
     """The settings as the native planner takes them. Raises BadInput for one that makes no sense."""
     _number("the robot's radius", robot_radius, 0.0)
-    _number("the start escape", start_escape_m, 0.0)
+    _number("the start recovery", start_recovery_m, 0.0)
     _number("the corner cost", corner_cost_m, 0.0)
     check_budget(budget_ms, iterations)
     if step_m is not None and not (math.isfinite(step_m) and step_m > 0.0):
@@ -93,7 +93,7 @@ def native_settings(
         "iterations": iterations,
         "budget_ms": budget_ms,
         "any_order": bool(any_order),
-        "start_escape_m": float(start_escape_m),
+        "start_recovery_m": float(start_recovery_m),
         "corner_cost_m": float(corner_cost_m),
         "step_m": step_m,
         "goal_bias": goal_bias,

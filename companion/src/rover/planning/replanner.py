@@ -36,13 +36,13 @@ class Planner:
         robot_radius: float = 0.15,
         seed: int = 0,
         any_order: bool = False,
-        start_escape_m: float = 0.0,
+        start_recovery_m: float = 0.0,
         corner_cost_m: float = 0.0,
         step_m: float | None = None,
         goal_bias: float | None = None,
     ) -> None:
         self._settings = native_settings(
-            robot_radius, any_order, start_escape_m, corner_cost_m, None, None, step_m, goal_bias
+            robot_radius, any_order, start_recovery_m, corner_cost_m, None, None, step_m, goal_bias
         )
         self.robot_radius = float(robot_radius)
         self.repair = Repair()

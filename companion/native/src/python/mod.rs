@@ -1,0 +1,18 @@
+//! What Python calls: arrays in, arrays out, every value checked here.
+
+mod arrays;
+mod field;
+mod grids;
+mod planner;
+mod request;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn rover_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<field::NativeField>()?;
+    module.add_class::<planner::NativePlanner>()?;
+    module.add_function(wrap_pyfunction!(grids::clearance_map, module)?)?;
+    module.add_function(wrap_pyfunction!(grids::distance_field, module)?)?;
+    module.add_class::<grids::Views>()
+}

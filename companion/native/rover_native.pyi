@@ -1,29 +1,92 @@
-"""Inner loops of the rover's planner; see src/lib.rs."""
+"""Inner loops of the rover's planner, in Rust; see src/lib.rs.
 
-from typing import Any
+Lengths in metres, times in milliseconds, angles in radians. Arrays are C-contiguous or copied. Values that make no sense
+raise ValueError with one line.
+"""
+
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
+class Settings(TypedDict):
+    """How to plan. Every key is needed."""
+
+    robot_radius: float
+    """At least 0."""
+    iterations: int | None
+    """Total of iterations until which planning goes on improving; None: see budget_ms."""
+    budget_ms: float | None
+    """Milliseconds by the clock until which planning goes on improving; neither: the first solution, simplified."""
+    any_order: bool
+    """The planner chooses the order of the goals."""
+    start_recovery_m: float
+    """How far a start that is too near an obstacle may be moved away from it."""
+    corner_cost_m: float
+    """Length that one corner less is worth."""
+    step_m: float | None
+    """Δt of eq. 13; None: a tenth of the map's diagonal."""
+    goal_bias: float | None
+    """Share of the samples that are a goal, 0 to 1; None: the algorithm's own."""
+
+class Outcome(TypedDict):
+    """What planning found."""
+
+    order: list[int]
+    """Goals in order of visit, by their number in the request."""
+    path: NDArray[np.float64]
+    """(N, 2), from the start through all goals in `order`."""
+    goal_indices: list[int]
+    """Row of `path` at which each goal of `order` is met."""
+    unreachable: list[int]
+    """Goals without a path."""
+    iterations: int
+    """Tree extensions and shortcut attempts."""
+    nodes: int
+    """Nodes of all trees."""
+    time_ms: float
+    """By the clock."""
+    first_solution_ms: float | None
+    """The same until the first valid tour; None when no goal can be reached."""
+    start_blocked: bool
+    """The start is too near an obstacle to be left."""
+
+class RepairedOutcome(Outcome):
+    """The same, and what became of the plan before."""
+
+    kept: int
+    """Nodes of the tree, or points of the legs, that are still in use."""
+    pruned: int
+    """Those that were dropped."""
+    rewired: int
+    """Nodes that found another parent, or gaps in legs that were bridged."""
+
 class NativeField:
+    """A map: circles in a rectangle, or blocked cells. Bounds count as walls."""
+
     @staticmethod
-    def circles(width: float, height: float, obstacles: NDArray[np.float64]) -> NativeField: ...
+    def circles(width: float, height: float, obstacles: NDArray[np.float64]) -> NativeField:
+        """The rectangle [0, width] × [0, height] with obstacles (N, 3) of x, y, radius."""
+
     @staticmethod
-    def grid(
-        blocked: NDArray[np.uint8], resolution: float, origin_x: float, origin_y: float
-    ) -> NativeField: ...
+    def grid(blocked: NDArray[np.uint8], resolution: float, origin_x: float, origin_y: float) -> NativeField:
+        """Cells (rows, columns) of `resolution` metres, not 0 is blocked; row 0 lies at `origin_y`. Copied."""
+
     @property
-    def bounds(self) -> tuple[float, float, float, float]: ...
-    def clearance(self, at: NDArray[np.float64]) -> NDArray[np.float64]: ...
-    def segment_clear(self, a: tuple[float, float], b: tuple[float, float], radius: float) -> bool: ...
+    def bounds(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max)."""
+
+    def clearance(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distance (N,) from each of the (N, 2) points to the nearest obstacle or wall; not positive inside one."""
+
+    def segment_clear(self, a: tuple[float, float], b: tuple[float, float], radius: float) -> bool:
+        """True when a disc of `radius` swept from a to b stays inside the bounds and touches nothing."""
+
     def plan(
-        self,
-        start: tuple[float, float],
-        goals: NDArray[np.float64],
-        algorithm: str,
-        seed: int,
-        settings: dict[str, Any],
-    ) -> dict[str, Any]: ...
+        self, start: tuple[float, float], goals: NDArray[np.float64], algorithm: str, seed: int, settings: Settings
+    ) -> Outcome:
+        """A path from `start` through goals (N, 2). Other threads run meanwhile."""
+
     def multi_goal_tree(
         self,
         start: tuple[float, float],
@@ -33,29 +96,37 @@ class NativeField:
         iterations: int,
         step: float,
         bias: float,
-    ) -> tuple[NDArray[np.float64], list[int], list[int], int]: ...
+    ) -> tuple[NDArray[np.float64], list[int], list[int], int]:
+        """Figure 3's tree alone: nodes (N, 2), parents (-1: the root), the node at each goal or -1, iterations."""
 
 class NativePlanner:
+    """The multi-goal planner with a memory: what is still valid on the next map is kept."""
+
     def __init__(self, seed: int) -> None: ...
-    def prepare(self, field: NativeField, radius: float) -> tuple[int, int]: ...
+    def prepare(self, field: NativeField, radius: float) -> tuple[int, int]:
+        """Builds a roadmap of `field` for plans on maps to come; its numbers of nodes and edges."""
+
     def plan(
-        self,
-        field: NativeField,
-        start: tuple[float, float],
-        goals: NDArray[np.float64],
-        settings: dict[str, Any],
-    ) -> dict[str, Any]: ...
+        self, field: NativeField, start: tuple[float, float], goals: NDArray[np.float64], settings: Settings
+    ) -> RepairedOutcome:
+        """As `NativeField.plan` with "multi-goal", starting from the plan before."""
 
 class Views:
-    def __init__(
-        self, footprint: NDArray[np.float64], headings: NDArray[np.float64], resolution: float
-    ) -> None: ...
-    def open_gains(self, unseen: NDArray[np.uint8], positions: NDArray[np.int32]) -> NDArray[np.uint32]: ...
+    """A camera's footprint at a set of headings, prepared once for many questions."""
+
+    def __init__(self, footprint: NDArray[np.float64], headings: NDArray[np.float64], resolution: float) -> None:
+        """`footprint`: convex polygon (M, 2) in base_link; `headings`: (K,); `resolution`: metres per cell."""
+
+    def open_gains(self, unseen: NDArray[np.uint8], positions: NDArray[np.int32]) -> NDArray[np.uint32]:
+        """Unseen cells (N, K) in view from positions (N, 2) of column and row, nothing hidden: an upper bound."""
+
     def gains(
         self, unseen: NDArray[np.uint8], blocked: NDArray[np.uint8], views: NDArray[np.int32]
-    ) -> NDArray[np.uint32]: ...
+    ) -> NDArray[np.uint32]:
+        """Unseen cells (N,) that no blocked cell hides, for views (N, 3) of column, row and heading's number."""
 
-def clearance_map(blocked: NDArray[np.uint8], resolution: float) -> NDArray[np.float32]: ...
-def distance_field(
-    blocked: NDArray[np.uint8], start: tuple[int, int], resolution: float
-) -> NDArray[np.float32]: ...
+def clearance_map(blocked: NDArray[np.uint8], resolution: float) -> NDArray[np.float32]:
+    """Distance (rows, columns) from each cell's centre to the nearest blocked square; 1e9 when nothing is blocked."""
+
+def distance_field(blocked: NDArray[np.uint8], start: tuple[int, int], resolution: float) -> NDArray[np.float32]:
+    """Travel distance (rows, columns) over free cells from `start` = (column, row); infinite where there is no path."""

@@ -97,7 +97,7 @@ def python_rrt(
             if away == 0.0:
                 continue
             part = min(1.0, step / away)
-            new = tuple(a + part * (b - a) for a, b in zip(points[nearest], sample, strict=True))
+            new = _towards(points[nearest], sample, part)
             if not _clear(size, circles, points[nearest], new, radius):
                 continue
             parent = nearest
@@ -124,10 +124,14 @@ def python_rrt(
     return (time.thread_time() - begin) * 1e3, total, nodes
 
 
+def _towards(a: Point, b: Point, share: float) -> Point:
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+
 def _clear(size: Point, circles: Sequence[Sequence[float]], a: Point, b: Point, radius: float) -> bool:
     count = max(2, math.ceil(math.dist(a, b) / 0.02))
     for i in range(count + 1):
-        x, y = (p + i / count * (q - p) for p, q in zip(a, b, strict=True))
+        x, y = _towards(a, b, i / count)
         if not (radius <= x <= size[0] - radius and radius <= y <= size[1] - radius):
             return False
         if any((x - cx) ** 2 + (y - cy) ** 2 < (radius + r) ** 2 for cx, cy, r in circles):

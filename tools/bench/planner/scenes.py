@@ -97,7 +97,7 @@ def change(scene: Scene, share: float, seed: int) -> NDArray[np.bool_]:
     The start's and the goals' own ground stays free.
     """
     rng = np.random.default_rng(seed)
-    blocked = scene.blocked.copy()
+    blocked: NDArray[np.bool_] = scene.blocked.copy()
     count = blocked.shape[0]
     wanted = round(share * blocked.size / 2)
     keep = np.zeros_like(blocked)
@@ -124,4 +124,4 @@ def _largest_piece(free: NDArray[np.bool_]) -> NDArray[np.bool_]:
     import cv2
 
     _, labels, figures, _ = cv2.connectedComponentsWithStats(free.astype(np.uint8), connectivity=4)
-    return labels == 1 + int(np.argmax(figures[1:, cv2.CC_STAT_AREA]))
+    return np.asarray(labels == 1 + int(np.argmax(figures[1:, cv2.CC_STAT_AREA])), dtype=np.bool_)

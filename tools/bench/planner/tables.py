@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from rover.planning import ALGORITHMS, Field, GridField, Planner, PlanResult, plan
-from rover.planning.replanner import Repair
+from rover.planning.replanning import Repair
 
 from tools.bench.planner import ompl_wheel, peers
 from tools.bench.planner.figure import boxes
@@ -62,16 +63,14 @@ def paper_table(program: Path | None, seeds: int, figure: Path | None = None) ->
     for budget in (None, 5.0):
         for algorithm in ALGORITHMS:
             field = paper_field()
-            runs = [
+            planned = [
                 timed(
-                    lambda field=field, s=s, a=algorithm, b=budget: plan(
-                        field, PAPER_START, PAPER_GOALS, algorithm=a, seed=s, budget_ms=b
-                    )
+                    partial(plan, field, PAPER_START, PAPER_GOALS, algorithm=algorithm, seed=seed, budget_ms=budget)
                 )
-                for s in range(seeds)
+                for seed in range(seeds)
             ]
-            results = [result for _, result in runs]
-            times = [(r.first_solution_ms or 0.0) if budget is None else ms for ms, r in runs]
+            results = [result for _, result in planned]
+            times = [(r.first_solution_ms or 0.0) if budget is None else ms for ms, r in planned]
             name = f"rover {algorithm}, " + ("first solution" if budget is None else f"{budget:g} ms")
             row(name, times, [r.iterations for r in results], [r.nodes for r in results], [r.length for r in results])
     stops = (PAPER_START, *PAPER_GOALS)
@@ -172,24 +171,20 @@ def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals:
                     inflation = found["inflation"][0][0]
                 for kind, field in (("circles", scene.circle_field()), ("cells", scene.grid_field())):
 
-                    def tour(
-                        budget_ms: float, field: Field = field, scene: Scene = scene, seed: int = seed
-                    ) -> PlanResult:
-                        return plan(
-                            field, scene.start, scene.goals,
-                            robot_radius=RADIUS, seed=seed, any_order=True, budget_ms=budget_ms,
-                        )  # fmt: skip
-
-                    first, found_first = timed(lambda tour=tour: tour(0.0))
-                    spent, ours = timed(lambda tour=tour, ms=ms: tour(0.8 * ms))
+                    tour = partial(
+                        plan, field, scene.start, scene.goals, robot_radius=RADIUS, seed=seed, any_order=True
+                    )
+                    first, found_first = timed(partial(tour, budget_ms=0.0))
+                    spent, ours = timed(partial(tour, budget_ms=0.8 * ms))
                     length = ours.length if ours.ok else float("inf")
                     first = first if found_first.ok else float("inf")
                     figures[kind].append((first, ms, inflation, spent, length / plain, length / short))
             for kind, runs in figures.items():
-                first, ms, inflated, spent, ratio, ratio_short = (list(c) for c in zip(*runs, strict=True))
+                columns = [list(column) for column in zip(*runs, strict=True)]
+                firsts, plain_ms, inflated, spents, ratio, ratio_short = columns
                 lines.append(
-                    f"| {size:g} m | {count} | {kind} | {spread(first, 1)} | {spread(ms, 0)} | {spread(inflated, 0)} "
-                    f"| {spread(spent, 0)} | {spread(ratio)} | {spread(ratio_short)} |"
+                    f"| {size:g} m | {count} | {kind} | {spread(firsts, 1)} | {spread(plain_ms, 0)} | {spread(inflated, 0)} "
+                    f"| {spread(spents, 0)} | {spread(ratio)} | {spread(ratio_short)} |"
                 )
     return "\n".join(lines)
 
@@ -247,7 +242,7 @@ def replanned(
             planner.prepare(field)
         readied.append(1e3 * (time.thread_time() - began))
         warm_up(scene, seed)
-        ms, found = timed(lambda p=planner: p.plan(GridField(changed, RESOLUTION), scene.start, scene.goals))
+        ms, found = timed(partial(replan_changed, planner, scene, changed))
         took.append(ms)
     return min(took), found, min(readied), planner.repair
 
@@ -266,19 +261,22 @@ def afresh_as_good(
         took = []
         for _ in range(repeats):
             warm_up(scene, seed)
-            ms, found = timed(
-                lambda n=iterations: plan(
-                    GridField(changed, RESOLUTION),
-                    scene.start,
-                    scene.goals,
-                    robot_radius=RADIUS,
-                    seed=seed,
-                    iterations=n,
-                )
-            )
+            ms, found = timed(partial(plan_changed, scene, changed, seed, iterations))
             took.append(ms)
         if best is None or found.length <= 1.01 * length:
             best = min(took), found
         if found.length <= 1.01 * length or not found.ok:
             break
+    assert best is not None
     return best
+
+
+def replan_changed(planner: Planner, scene: Scene, changed: NDArray[np.bool_]) -> PlanResult:
+    """From the array of cells to the path, with what the planner holds."""
+    return planner.plan(GridField(changed, RESOLUTION), scene.start, scene.goals)
+
+
+def plan_changed(scene: Scene, changed: NDArray[np.bool_], seed: int, iterations: int | None) -> PlanResult:
+    """From the array of cells to the path, with nothing known."""
+    field = GridField(changed, RESOLUTION)
+    return plan(field, scene.start, scene.goals, robot_radius=RADIUS, seed=seed, iterations=iterations)

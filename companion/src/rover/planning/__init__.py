@@ -3,7 +3,7 @@
 from rover.planning.fields import CircleField, Field, GridField, load_field
 from rover.planning.inspection import inspection_poses
 from rover.planning.planner import ALGORITHMS, plan
-from rover.planning.replanner import Planner, Repair
+from rover.planning.replanning import Planner, Repair
 from rover.planning.result import PlanResult
 from rover.planning.viewpoints import Viewpoint, ViewpointSettings, distance_field, viewpoints
 

@@ -15,9 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from rover.errors import BadInput
 from rover.toml_table import Table
 
-# Metres beyond which coordinates lose the millimetre, and below which a side is no ground at all.
-LARGEST = 1e7
-LEAST_SIDE = 1e-4
+# Coordinates beyond this lose the millimetre.
+MAX_COORDINATE_M = 1e7
+# A side below this is a slip of the unit.
+MIN_SIDE_M = 1e-4
+# A turn of the map's origin below this is rounding.
+MAX_YAW_RAD = 1e-9
+# free_thresh where a map does not say: the value of map_server.
+DEFAULT_FREE_THRESHOLD = 0.196
 
 
 class Field:
@@ -46,10 +51,10 @@ class CircleField(Field):
         for name, value in (("width", width), ("height", height)):
             if not (math.isfinite(value) and value > 0.0):
                 raise BadInput(f"the field's {name} must be a positive number of metres, not {value}")
-            if not LEAST_SIDE <= value <= LARGEST:
-                raise BadInput(f"the field's {name} must be {LEAST_SIDE:g} to {LARGEST:g} m, not {value:g}")
+            if not MIN_SIDE_M <= value <= MAX_COORDINATE_M:
+                raise BadInput(f"the field's {name} must be {MIN_SIDE_M:g} to {MAX_COORDINATE_M:g} m, not {value:g}")
         for index, circle in enumerate(obstacles):
-            if len(circle) != 3 or not all(abs(v) <= LARGEST for v in circle) or circle[2] < 0.0:
+            if len(circle) != 3 or not all(abs(v) <= MAX_COORDINATE_M for v in circle) or circle[2] < 0.0:
                 raise BadInput(f"obstacle {index + 1} must be [x, y, radius] with radius >= 0, not {list(circle)}")
         self.width, self.height = float(width), float(height)
         self.obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
@@ -75,10 +80,10 @@ class GridField(Field):
             raise BadInput(f"a grid map needs rows and columns, not shape {cells.shape}")
         if not (math.isfinite(resolution) and resolution > 0.0):
             raise BadInput(f"the resolution must be a positive number of metres per cell, not {resolution}")
-        if not (resolution >= LEAST_SIDE and resolution * max(cells.shape) <= LARGEST):
-            raise BadInput(f"cells of {resolution:g} m make no map of {LEAST_SIDE:g} to {LARGEST:g} m")
-        if not all(abs(value) <= LARGEST for value in origin):
-            raise BadInput(f"the map's origin must be finite and within {LARGEST:g} m, not {origin}")
+        if not (resolution >= MIN_SIDE_M and resolution * max(cells.shape) <= MAX_COORDINATE_M):
+            raise BadInput(f"cells of {resolution:g} m make no map of {MIN_SIDE_M:g} to {MAX_COORDINATE_M:g} m")
+        if not all(abs(value) <= MAX_COORDINATE_M for value in origin):
+            raise BadInput(f"the map's origin must be finite and within {MAX_COORDINATE_M:g} m, not {origin}")
         # Truth values are taken as they are: the native map has its own copy, and maps are changed often.
         self.blocked = np.ascontiguousarray(cells if cells.dtype == np.bool_ else cells != 0)
         self.resolution = float(resolution)
@@ -128,7 +133,7 @@ class GridField(Field):
             raise BadInput(
                 f"{path}: needs `image`, `resolution` and `origin: [x, y, yaw]`; {error} is missing or wrong"
             ) from error
-        if len(origin) != 3 or abs(origin[2]) > 1e-9:
+        if len(origin) != 3 or abs(origin[2]) > MAX_YAW_RAD:
             raise BadInput(f"{path}: origin must be [x, y, 0]; a turned map is not supported")
         picture = _picture(image)
         if picture is None:

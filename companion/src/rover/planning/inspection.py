@@ -12,6 +12,10 @@ from rover.geometry import Pose2
 
 Mask = NDArray[np.bool_]
 
+# What lies nearer than this to the suspected mine belongs to it and hides nothing.
+TARGET_RADIUS_M = 0.08
+
+# Stand-offs that are tried, nearest first, metres: within the ground that the camera sees, 0.16 to 1.1 m ahead.
 STANDOFFS = (0.35, 0.40, 0.45, 0.50, 0.60, 0.70, 0.80, 0.90)
 
 
@@ -62,10 +66,10 @@ def _hidden(
     resolution: float,
     origin: tuple[float, float],
 ) -> bool:
-    """True when an occluding cell lies between; the last 8 cm are the suspected mine itself."""
+    """True when an occluding cell lies between; the last TARGET_RADIUS_M are the suspected mine itself."""
     length = math.dist(place, eye)
     count = max(2, math.ceil(2.0 * length / resolution))
-    along = np.linspace(0.0, max(0.0, 1.0 - 0.08 / length) if length > 0.0 else 0.0, count)
+    along = np.linspace(0.0, max(0.0, 1.0 - TARGET_RADIUS_M / length) if length > 0.0 else 0.0, count)
     column = np.floor((eye[0] + along * (place[0] - eye[0]) - origin[0]) / resolution).astype(int)
     row = np.floor((eye[1] + along * (place[1] - eye[1]) - origin[1]) / resolution).astype(int)
     inside = (column >= 0) & (row >= 0) & (column < occluders.shape[1]) & (row < occluders.shape[0])

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rover.errors import BadInput
 from rover.planning.fields import Field
 from rover.planning.result import PlanResult
+
+if TYPE_CHECKING:
+    from rover_native import Outcome, Settings
 
 ALGORITHMS = ("rrt", "rrt-star", "goal-seeking", "multi-goal")
 
@@ -31,7 +34,7 @@ def plan(
     step_m: float | None = None,
     goal_bias: float | None = None,
 ) -> PlanResult:
-    """A path for a disc of `robot_radius` metres from `start` through all reachable `goals`.
+    """A path for a disc of `robot_radius` metres from `start` through all reachable `goals`; points in metres.
 
     "rrt", "rrt-star" and "goal-seeking" plan goal by goal (section 3.5: each goal becomes the next start);
     "multi-goal" grows one tree towards all goals (figure 3) and then improves the legs between them. The paper's
@@ -41,11 +44,12 @@ def plan(
     of tree extensions and shortcut attempts until which planning goes on improving: the same seed gives the same
     path. `budget_ms` does so by the clock, which is not repeatable. A first solution is sought beyond both.
 
-    `any_order` lets the planner choose the order (exact up to 12 goals). `start_recovery_m`: a start that is nearer to
-    an obstacle than the radius may be left over up to this distance as long as the clearance grows.
-    `corner_cost_m` is the length that one corner less is worth.
+    `any_order` lets the planner choose the order (exact up to 12 goals). `start_recovery_m`: how far a start that is
+    nearer to an obstacle than the radius may be moved away from it first, with clearance growing all the way.
+    `corner_cost_m` is the length that one corner less is worth. `step_m` is Δt of equation 13 and `goal_bias` the share
+    of samples that are a goal, 0 to 1; without them a tenth of the map's diagonal, and what suits the algorithm.
 
-    Raises BadInput for values that make no sense. Goals without a way are named in the result.
+    Raises BadInput for values that make no sense. Goals without a path are named in the result.
     """
     if algorithm not in ALGORITHMS:
         raise BadInput(f"unknown algorithm {algorithm!r}: choose one of {', '.join(ALGORITHMS)}")
@@ -78,7 +82,7 @@ def native_settings(
     iterations: int | None,
     step_m: float | None,
     goal_bias: float | None,
-) -> dict[str, Any]:
+) -> Settings:
     """The settings as the native planner takes them. Raises BadInput for one that makes no sense."""
     _number("the robot's radius", robot_radius, 0.0)
     _number("the start recovery", start_recovery_m, 0.0)
@@ -114,7 +118,7 @@ def as_result(
     start: tuple[float, float],
     points: list[tuple[float, float]],
     robot_radius: float,
-    found: dict[str, Any],
+    found: Outcome,
 ) -> PlanResult:
     """The native planner's answer with its reasons in words."""
     unreachable = tuple(found["unreachable"])

@@ -1,4 +1,4 @@
-"""Planning again without starting again (section 3.5): the tree outlives the map that it was grown on."""
+"""A planner with a memory: tree, legs and roadmap outlive the map that they were made on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from rover.planning.result import PlanResult
 
 @dataclass(frozen=True)
 class Repair:
-    """What became of the tree's nodes; `rewired` ones are among those kept."""
+    """What became of the last plan: nodes of its tree or, where repairing its legs was enough, points of those.
+
+    kept: still in use. pruned: dropped. rewired: nodes among those kept that found another parent, or gaps in legs that
+    were bridged.
+    """
 
     kept: int = 0
     pruned: int = 0
@@ -23,11 +27,13 @@ class Repair:
 
 
 class Planner:
-    """The multi-goal planner with a memory: each call of `plan` goes on from the one before.
+    """The multi-goal planner with a memory: each call of `plan` starts from the one before.
 
-    Branches that the new map cuts are pruned, what hung on them is rewired, the tree grows on only towards goals that
-    it has lost or that are new, and old legs are mended where something stands in them. The start may move and goals
-    may come and go between calls. The same seed and the same calls give the same paths.
+    Legs that the new map cuts are repaired where they are cut. Where that is not enough, branches of the tree that the
+    map cuts are pruned, what they carried is rewired, and the tree grows only towards goals that it has lost or that are
+    new. The start may move and goals may come and go between calls. The same seed and the same calls give the same paths.
+
+    The settings are those of `rover.planning.plan`, metres. Raises BadInput for one that makes no sense.
     """
 
     def __init__(
@@ -60,16 +66,17 @@ class Planner:
         """As `rover.planning.plan` with "multi-goal", on the map as it is now. Raises BadInput."""
         start, points = checked_points(field, start, goals)
         check_budget(budget_ms, iterations)
-        settings = {**self._settings, "budget_ms": budget_ms, "iterations": iterations}
+        settings = self._settings.copy()
+        settings["budget_ms"], settings["iterations"] = budget_ms, iterations
         goal_array = np.array(points, dtype=np.float64).reshape(-1, 2)
         found = self._native.plan(field.native, start, goal_array, settings)
         self.repair = Repair(found["kept"], found["pruned"], found["rewired"])
         return as_result(field, "multi-goal", start, points, self.robot_radius, found)
 
     def prepare(self, field: Field) -> tuple[int, int]:
-        """Surveys the ground as it is on `field`, for when it changes; nodes and edges of the roadmap that is kept.
+        """Builds a roadmap of `field` for when the map changes; its numbers of nodes and edges.
 
-        Meant for idle time after `plan`: it takes several times as long as a plan, and no plan depends on it. Plans
-        that follow go around what is new over the roadmap, and search the map itself only where that has no way.
+        Meant for idle time after `plan`: it takes several times as long as a plan, and no plan depends on it. Plans that
+        follow go around what is new over the roadmap, and search the map itself only where that has no path.
         """
         return self._native.prepare(field.native, self.robot_radius)

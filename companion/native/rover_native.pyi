@@ -1,7 +1,7 @@
 """Inner loops of the rover's planner, in Rust; see src/lib.rs.
 
-Lengths in metres, times in milliseconds, angles in radians. Arrays are C-contiguous or copied. Values that make no sense
-raise ValueError with one line.
+Lengths in metres, times in milliseconds, angles in radians. Arrays are C-contiguous or copied. Values that make no
+sense raise ValueError with one line.
 """
 
 from typing import TypedDict

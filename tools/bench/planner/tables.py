@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.planning import ALGORITHMS, Field, GridField, Planner, PlanResult, plan
+from rover.planning import ALGORITHMS, GridField, Planner, PlanResult, plan
 from rover.planning.replanning import Repair
 
 from tools.bench.planner import ompl_wheel, peers
@@ -64,9 +64,7 @@ def paper_table(program: Path | None, seeds: int, figure: Path | None = None) ->
         for algorithm in ALGORITHMS:
             field = paper_field()
             planned = [
-                timed(
-                    partial(plan, field, PAPER_START, PAPER_GOALS, algorithm=algorithm, seed=seed, budget_ms=budget)
-                )
+                timed(partial(plan, field, PAPER_START, PAPER_GOALS, algorithm=algorithm, seed=seed, budget_ms=budget))
                 for seed in range(seeds)
             ]
             results = [result for _, result in planned]
@@ -170,7 +168,6 @@ def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals:
                     short = found["a-star-shortcuts"][0][1]
                     inflation = found["inflation"][0][0]
                 for kind, field in (("circles", scene.circle_field()), ("cells", scene.grid_field())):
-
                     tour = partial(
                         plan, field, scene.start, scene.goals, robot_radius=RADIUS, seed=seed, any_order=True
                     )
@@ -183,8 +180,8 @@ def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals:
                 columns = [list(column) for column in zip(*runs, strict=True)]
                 firsts, plain_ms, inflated, spents, ratio, ratio_short = columns
                 lines.append(
-                    f"| {size:g} m | {count} | {kind} | {spread(firsts, 1)} | {spread(plain_ms, 0)} | {spread(inflated, 0)} "
-                    f"| {spread(spents, 0)} | {spread(ratio)} | {spread(ratio_short)} |"
+                    f"| {size:g} m | {count} | {kind} | {spread(firsts, 1)} | {spread(plain_ms, 0)} "
+                    f"| {spread(inflated, 0)} | {spread(spents, 0)} | {spread(ratio)} | {spread(ratio_short)} |"
                 )
     return "\n".join(lines)
 

@@ -24,7 +24,7 @@ code 4 when a goal cannot be reached.
 Examples:
   rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --algorithm multi-goal
   rover plan --map office.yaml --start 1,1 --goal 4,2 --algorithm rrt-star --budget-ms 200 --json
-  rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --plot plan.png
+  rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --plot plan.svg
   rover plan --map arena.map --resolution 0.1 --start 1,1 --goal 4,4 --algorithm rrt --robot-radius 0
 """
 
@@ -44,7 +44,7 @@ def command(
     any_order: Annotated[bool, typer.Option("--any-order", help="Let the planner choose the order.")] = False,
     resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw map, path and goals, and multi-goal's tree.")
+        Path | None, typer.Option(metavar="FILE", help="Plot map, path, goals and multi-goal's tree: .svg or .png.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
@@ -55,8 +55,10 @@ def command(
     begin = point("--start", start)
     goals = [point("--goal", each) for each in goal]
     field = load_field(map_file, resolution)
-    if plot is not None and plot.suffix.lower() != ".png":
-        raise BadInput(f"--plot {plot}: the picture is a PNG; the name must end in .png")
+    if plot is not None:
+        from rover.planning.plot import check_name
+
+        check_name(plot)
     result = plan(
         field,
         begin,
@@ -73,7 +75,7 @@ def command(
         one_tree = algorithm == "multi-goal"
         tree = tree_edges(field, begin, goals, robot_radius, seed) if one_tree else None
         save(draw(field, begin, goals, result, robot_radius, tree), plot)
-        say(f"drawn: {plot}")
+        say(f"plotted: {plot}")
     if as_json:
         write_json(document(result))
     elif result.ok:

@@ -64,9 +64,11 @@ class CircleField(Field):
     def load(cls, path: str | Path) -> CircleField:
         """From TOML with `width`, `height` and `obstacles = [[x, y, radius], …]`. Raises BadInput."""
         table = Table.of_file(Path(path)).only("width", "height", "obstacles")
-        width, height = (table.number(key, LEAST_SIDE, LARGEST) for key in ("width", "height"))
+        width, height = (table.number(key, MIN_SIDE_M, MAX_COORDINATE_M) for key in ("width", "height"))
         try:
-            return cls(width, height, table.rows("obstacles", ("x", "y", "radius"), -LARGEST, LARGEST))
+            return cls(
+                width, height, table.rows("obstacles", ("x", "y", "radius"), -MAX_COORDINATE_M, MAX_COORDINATE_M)
+            )
         except BadInput as error:
             raise BadInput(f"{path}: {error}") from error
 

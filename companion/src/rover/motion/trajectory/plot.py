@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from rover.chart import Line, Page, Text, ticks
 from rover.motion.segment import State, advance, after
-from rover.motion.trajectory.chart import Line, Page, Text, ticks
 from rover.motion.trajectory.extrema import Driven
 from rover.motion.trajectory.plan import Trajectory
 

@@ -30,8 +30,9 @@ class Planner:
     """The multi-goal planner with a memory: each call of `plan` starts from the one before.
 
     Legs that the new map cuts are repaired where they are cut. Where that is not enough, branches of the tree that the
-    map cuts are pruned, what they carried is rewired, and the tree grows only towards goals that it has lost or that are
-    new. The start may move and goals may come and go between calls. The same seed and the same calls give the same paths.
+    map cuts are pruned, what they carried is rewired, and the tree grows only towards goals that it has lost or that
+    are new. The start may move and goals may come and go between calls. The same seed and the same calls give the
+    same paths.
 
     The settings are those of `rover.planning.plan`, metres. Raises BadInput for one that makes no sense.
     """
@@ -76,7 +77,7 @@ class Planner:
     def prepare(self, field: Field) -> tuple[int, int]:
         """Builds a roadmap of `field` for when the map changes; its numbers of nodes and edges.
 
-        Meant for idle time after `plan`: it takes several times as long as a plan, and no plan depends on it. Plans that
-        follow go around what is new over the roadmap, and search the map itself only where that has no path.
+        Meant for idle time after `plan`: it takes several times as long as a plan, and no plan depends on it. Plans
+        that follow go around what is new over the roadmap, and search the map itself only where that has no path.
         """
         return self._native.prepare(field.native, self.robot_radius)

@@ -1,4 +1,4 @@
-"""Marks on a page (lines, crosses, text) that become SVG or PNG, and axes with round ticks."""
+"""Marks on a page (lines, areas, text) that become SVG or PNG, and axes with round ticks."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ PNG_SCALE = 2.0
 SUBPIXEL_BITS = 4
 # Height of the letters of OpenCV's simplex font at scale 1, pixels.
 FONT_HEIGHT_PX = 21.0
+# Sides of the polygon that stands for a circle.
+CIRCLE_SIDES = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +30,14 @@ class Line:
     colour: str
     width: float = 1.0
     dash: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Area:
+    """Filled polygons, each of points (N, 2) of the page."""
+
+    polygons: list[Array]
+    colour: str
 
 
 @dataclass(frozen=True)
@@ -49,13 +59,17 @@ class Page:
 
     width: int
     height: int
-    marks: list[Line | Text] = field(default_factory=list)
+    marks: list[Line | Area | Text] = field(default_factory=list)
 
     def rectangle(self, left: float, top: float, width: float, height: float, colour: str) -> None:
         """The outline of a rectangle."""
         right, bottom = left + width, top + height
         corners = np.array([[left, top], [right, top], [right, bottom], [left, bottom], [left, top]])
         self.marks.append(Line(corners, colour))
+
+    def ring(self, x: float, y: float, radius: float, colour: str, width: float = 1.6) -> None:
+        """The outline of a circle."""
+        self.marks.append(Line(circle(x, y, radius), colour, width))
 
     def cross(self, x: float, y: float, colour: str, reach: float = 4.0) -> None:
         """A diagonal cross."""
@@ -68,7 +82,7 @@ class Page:
         parts = [
             f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif">',
             f'<rect width="{self.width}" height="{self.height}" fill="white"/>',
-            *(_svg_line(mark) if isinstance(mark, Line) else _svg_text(mark) for mark in self.marks),
+            *(_svg(mark) for mark in self.marks),
             "</svg>",
             "",
         ]
@@ -81,6 +95,8 @@ class Page:
         for mark in self.marks:
             if isinstance(mark, Line):
                 _draw_line(image, mark)
+            elif isinstance(mark, Area):
+                _draw_area(image, mark)
             else:
                 _draw_text(image, mark)
         _, data = cv2.imencode(".png", image)
@@ -94,6 +110,23 @@ def ticks(low: float, high: float, most: int = 6) -> list[float]:
     step = next(factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0) if span / (factor * power) <= most - 1)
     first, last = math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6)
     return [number * step for number in range(first, last + 1)]
+
+
+def circle(x: float, y: float, radius: float) -> Array:
+    """The circle as a closed polygon (N, 2)."""
+    angles = np.linspace(0.0, 2.0 * math.pi, CIRCLE_SIDES + 1)
+    return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+
+
+def _svg(mark: Line | Area | Text) -> str:
+    if isinstance(mark, Line):
+        return _svg_line(mark)
+    return _svg_area(mark) if isinstance(mark, Area) else _svg_text(mark)
+
+
+def _svg_area(area: Area) -> str:
+    outlines = ("L".join(f"{x:.1f} {y:.1f}" for x, y in polygon.tolist()) for polygon in area.polygons)
+    return f'<path d="{"".join(f"M{outline}Z" for outline in outlines)}" fill="{area.colour}"/>'
 
 
 def _svg_line(line: Line) -> str:
@@ -122,6 +155,12 @@ def _draw_line(image: NDArray[np.uint8], line: Line) -> None:
             for piece in _dashes(line.points, line.dash)
         ]
     cv2.polylines(image, pieces, False, _bgr(line.colour), width, cv2.LINE_AA, SUBPIXEL_BITS)
+
+
+def _draw_area(image: NDArray[np.uint8], area: Area) -> None:
+    for polygon in area.polygons:
+        fixed = np.round(polygon * PNG_SCALE * (1 << SUBPIXEL_BITS)).astype(np.int32).reshape(-1, 1, 2)
+        cv2.fillPoly(image, [fixed], _bgr(area.colour), cv2.LINE_AA, SUBPIXEL_BITS)
 
 
 def _dashes(points: Array, dash: float) -> list[Array]:

@@ -96,11 +96,11 @@ def test_the_list_is_repeatable_and_quick(survey):
     first = viewpoints(*arguments, occluders=occluders)
     took = []
     for _ in range(5):
-        began = time.perf_counter()
+        began = time.thread_time()
         again = viewpoints(*arguments, occluders=occluders)
-        took.append(time.perf_counter() - began)
+        took.append(time.thread_time() - began)
         assert first == again
-    assert min(took) < 0.03  # 5 ms on the desk; the best of five, the machine may be busy
+    assert min(took) < 0.03  # processor time; 5 ms on the desk
 
 
 def test_the_distance_field_goes_around_walls_and_cuts_no_corners():

@@ -82,6 +82,7 @@ test-quick: setup-dev
 
 lint: setup-dev
 	$(BIN)/ruff check .
+	@$(call quietly,$(BIN)/lint-imports --cache-dir $(VENV)/import_linter_cache)
 	$(BIN)/mypy
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --quiet --workspace --all-targets -- -D warnings

@@ -197,7 +197,7 @@ def test_when_the_wire_is_pulled_the_mission_ends_with_a_complete_folder(mission
     assert {"/link/rx", "/link/tx", "/camera/thermal", "/pose", "/log"} <= mission.topics()
     assert (mission.out / "map.png").read_bytes().startswith(b"\x89PNG")
     assert "</html>" in (mission.out / "report.html").read_text()
-    json.loads((mission.out / "detections.geojson").read_text())
+    json.loads((mission.out / "detections.local.json").read_text())
     track = read_tum(mission.out / "trajectory.tum")
     assert track[-1, 0] - track[0, 0] == pytest.approx(summary["duration_s"], abs=0.05)
     assert firmware

@@ -24,7 +24,7 @@ from rover_hil.firmware_process import find_binary
 pytestmark = pytest.mark.rig("sitl")
 
 MISSION = Path(__file__).resolve().parent / "missions" / "small.toml"
-REPEATABLE = ("mission.mcap", "trajectory.tum", "truth.tum", "detections.geojson")
+REPEATABLE = ("mission.mcap", "trajectory.tum", "truth.tum", "detections.local.json")
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ def test_the_folder_is_complete_and_its_files_agree(run: Callable[..., Run]) -> 
     report = (mission.out / "report.html").read_text()
     assert "</html>" in report
     assert 'src="http' not in report
-    features = json.loads((mission.out / "detections.geojson").read_text())["features"]
+    features = json.loads((mission.out / "detections.local.json").read_text())["features"]
     listed = {(found["id"], found["class"]) for found in mission.summary["detections"]}
     assert listed <= {(f["properties"].get("id"), f["properties"].get("class")) for f in features}
     assert mission.truth["verdict"]["collisions"] == mission.summary["collisions"]

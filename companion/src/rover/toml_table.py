@@ -16,7 +16,10 @@ from rover.errors import BadInput
 from rover.toml_file import printable, read_toml
 
 # A key's last part names its unit; a mistaken unit is the commonest slip in a hand-written file.
-UNITS = ("m", "cm", "mm", "deg", "rad", "s", "ms", "min", "m_s", "m_s2", "m_s3", "rad_s", "km_h", "cm_s", "m2")
+UNITS = (
+    *("m", "cm", "mm", "m2", "deg", "rad", "s", "ms", "min"),
+    *("m_s", "m_s2", "m_s3", "km_h", "cm_s", "rad_s", "rad_s2", "rad_s3", "deg_s"),
+)
 
 # Characters of a wrong value that its line shows.
 MAX_SHOWN = 40

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput, NoPath, RoverError
 from rover.mission.config import SHIPPED, load
+from rover.report.site import Georeference, Site
 
 SMALL = """
 [mission]
@@ -70,6 +71,12 @@ def test_the_smallest_file_gets_the_documented_defaults(write: Write) -> None:
     assert field.buried_mine_depths == (0.01, 0.02, 0.05)
 
 
+def test_a_field_of_two_strides_has_a_mine_to_find(write: Write) -> None:
+    text = SMALL.replace("width_m = 3.0", "width_m = 1.5").replace("height_m = 4.0", "height_m = 1.5")
+    field = load(write(text)).field
+    assert (field.rocks, field.grass, field.surface_mines, field.buried_mine_depths) == (1, 1, 0, (0.01,))
+
+
 def test_units_of_the_file_become_si(write: Write) -> None:
     text = with_key("launch", "heading_deg = 90")
     text = text.replace('name = "small"', 'time_of_day = "06:30"\ngoals = [[1, 2.5]]')
@@ -79,6 +86,44 @@ def test_units_of_the_file_become_si(write: Write) -> None:
     assert mission.goals == ((1.0, 2.5),)
     assert mission.field.buried_mine_depths == (0.03,)
     assert mission.name == "field"
+
+
+def test_a_vehicle_file_changes_what_the_mission_allows(write: Write, tmp_path: Path) -> None:
+    (tmp_path / "vehicle.toml").write_text("[body]\nradius_m = 0.3\n[travel]\nspeed_m_s = 0.2\n")
+    text = with_key("rover", 'vehicle = "vehicle.toml"')
+    mission = load(write(text))
+    assert (mission.rover.vehicle.radius, mission.rover.vehicle.track_width) == (0.3, 0.20)
+    assert (mission.rover.cruise_speed, mission.launch.surveyed_radius) == (0.2, 0.3)
+    assert Path(mission.rover.vehicle_file) == tmp_path / "vehicle.toml"
+    line = refusal(write(text.replace("x_m = 0.5", "x_m = 0.25")))
+    assert line.startswith("[launch] x_m, y_m: (0.25, 0.5) is nearer than the rover's radius of 0.3 m")
+
+
+def test_a_mistake_in_the_vehicle_file_is_told_with_both_files(write: Write, tmp_path: Path) -> None:
+    (tmp_path / "vehicle.toml").write_text("[wheels]\ntrack_cm = 30\n")
+    line = refusal(write(with_key("rover", 'vehicle = "vehicle.toml"')))
+    assert line.startswith(f"[rover] vehicle: {tmp_path / 'vehicle.toml'}: [wheels] track_cm: unknown key; wrong unit?")
+
+
+def test_a_site_has_names_and_a_place_on_earth(write: Write) -> None:
+    assert load(write(SMALL)).site == Site()
+    origin = "origin = [50.1, 8.7]\nbearing_deg = 30\n"
+    site = load(write(SMALL + '[site]\nname = "meadow"\noperator = "N. N."\n' + origin)).site
+    assert site == Site("meadow", "", "N. N.", Georeference(50.1, 8.7, 30.0))
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("origin = [91, 8]", "[site] origin: latitude 91 lies outside -89 to 89 deg"),
+        ("origin = [50, 181]", "[site] origin: 181 lies outside -180 to 180"),
+        ("origin = [50]", "[site] origin: must be [latitude, longitude], not [50]"),
+        ("bearing_deg = 30", "[site] bearing_deg: has no meaning without origin = [latitude, longitude]"),
+        ("orign = [50, 8]", "[site] orign: unknown key; did you mean origin?"),
+    ],
+)
+def test_a_wrong_site_is_one_line(write: Write, lines: str, says: str) -> None:
+    assert refusal(write(SMALL + "[site]\n" + lines + "\n")) == says
 
 
 def test_the_shipped_demo_is_known_by_its_bare_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -226,11 +271,11 @@ def test_a_launch_that_touches_a_known_obstacle_has_no_path(write: Write) -> Non
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (SMALL + "[filed]\nrocks = 1\n", "[filed]: unknown section; known are mission, area"),
-        ("rocks = 3\n" + SMALL, "[rocks]: unknown section"),
+        (SMALL + "[filed]\nrocks = 1\n", "filed: unknown key; did you mean field?"),
+        ("rocks = 3\n" + SMALL, "rocks: unknown key; known are mission, site, area"),
         (SMALL.replace("[launch]", "[[launch]]"), "[launch] must be a table"),
         ("area = 3\n", "[area] must be a table"),
-        (SMALL + '["a\\nb"]\nx = 1\n', "["),
+        (SMALL + '["a\\nb"]\nx = 1\n', "a\\nb: unknown key"),
         (with_key("area", '"a\\nb" = 1'), "[area] "),
     ],
 )

@@ -22,7 +22,7 @@ def ground(*obstacles: tuple[float, float, float]) -> FreeSpace:
     """3 x 3 m, all seen, with these obstacles."""
     seen = np.ones((150, 150), bool)
     launch = Launch(Pose2(0.5, 0.5, 0.0), 0.25)
-    return free_space(~seen, seen, 0.02, (), Area(3.0, 3.0, obstacles), launch, Vehicle().radius)
+    return free_space(~seen, seen, 0.02, (), Area(3.0, 3.0, obstacles), launch, Vehicle())
 
 
 def length(path: np.ndarray) -> float:

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
-from rover.mission.freespace import CHECK_TOLERANCE, MARGIN, MINE_RADIUS, WHEEL_REACH, FreeSpace, disc_mask, free_space
-from rover.mission.keepout import Zone
+from rover.mission.freespace import CHECK_TOLERANCE, MARGIN, FreeSpace, disc_mask, free_space
+from rover.mission.keepout import MINE_RADIUS_M, Zone
+from rover.vehicle import STANDARD, Vehicle
 
 RESOLUTION = 0.02
 RADIUS = 0.15
@@ -36,7 +37,7 @@ def space(
         zones,
         Area(2.0, 2.0, obstacles),
         LAUNCH,
-        radius,
+        Vehicle(radius=radius),
     )
 
 
@@ -97,8 +98,8 @@ def test_a_zone_keeps_wheels_out_and_the_hull_off_the_mine_but_hides_nothing(rad
     assert not ground.occluders.any()
     rows, columns = np.nonzero(ground.free)
     nearest = np.hypot((columns + 0.5) * RESOLUTION - 1.2, (rows + 0.5) * RESOLUTION - 1.2).min()
-    assert nearest >= radius + WHEEL_REACH
-    assert nearest >= MINE_RADIUS + RADIUS
+    assert nearest >= radius + STANDARD.wheel_reach
+    assert nearest >= MINE_RADIUS_M + RADIUS
 
 
 def test_the_map_that_is_handed_in_is_not_written_to() -> None:
@@ -121,7 +122,7 @@ def test_a_zone_drawn_beside_a_path_that_is_driven_leaves_a_wheel_room_for_the_w
     path = way((0.4, 1.0), (1.6, 1.0))
     for offset in np.arange(0.0, 0.5, 0.005):
         if space(zones=(Zone(1, 1.0, 1.0 + offset, 0.15, 0.0),)).is_clear(path):
-            assert offset >= 0.15 + WHEEL_REACH + 0.016
+            assert offset >= 0.15 + STANDARD.wheel_reach + 0.016
             break
     else:
         raise AssertionError("the path is never clear")
@@ -161,9 +162,8 @@ def test_no_free_cell_is_nearer_than_radius_and_margin_to_anything_blocked(
     occupied = np.zeros((40, 40), bool)
     for row, column in cells:
         occupied[row, column] = True
-    ground = free_space(
-        occupied, np.ones_like(occupied), RESOLUTION, (), Area(0.8, 0.8, ()), Launch(Pose2(0.4, 0.4, 0.0), 0.2), radius
-    )
+    area, launch = Area(0.8, 0.8, ()), Launch(Pose2(0.4, 0.4, 0.0), 0.2)
+    ground = free_space(occupied, np.ones_like(occupied), RESOLUTION, (), area, launch, Vehicle(radius=radius))
     gap = gaps(ground.blocked, RESOLUTION)
     assert (gap[ground.free] >= ground.radius - 1e-9).all()
     # Nor is more ground given up than a cell's rounding costs.

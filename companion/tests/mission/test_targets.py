@@ -27,7 +27,7 @@ def ground(*obstacles: tuple[float, float, float], unseen: NDArray[np.bool_] | N
     """2.4 x 2.4 m with these obstacles."""
     seen = np.ones((120, 120), bool) if unseen is None else ~unseen
     area = Area(2.4, 2.4, obstacles)
-    return free_space(np.zeros_like(seen), seen, RESOLUTION, (), area, Launch(HERE, 0.25), Vehicle().radius)
+    return free_space(np.zeros_like(seen), seen, RESOLUTION, (), area, Launch(HERE, 0.25), Vehicle())
 
 
 def unseen_right() -> NDArray[np.bool_]:

@@ -27,7 +27,7 @@ def both_ways(seed: int):
     obstacles = tuple((float(x), float(y), float(r)) for x, y, r in zip(*columns, strict=True))
     seen = np.ones((200, 150), bool)
     launch = Launch(Pose2(0.5, 0.5, 0.0), 0.25)
-    space = free_space(~seen, seen, CELL, (), Area(3.0, 4.0, obstacles), launch, Vehicle().radius)
+    space = free_space(~seen, seen, CELL, (), Area(3.0, 4.0, obstacles), launch, Vehicle())
     free = (np.argwhere(space.free)[:, ::-1] + 0.5) * CELL
     if len(free) < 100:
         return None

@@ -31,7 +31,6 @@ def fill(recording: Recording, seconds: int = 3) -> None:
         recording.link("rx", time, 112, b"\x01\x02")
     recording.log(seconds, "warning", "sonar 1 is dead")
     recording.path(seconds, np.array([[0.0, 0.0], [1.0, 2.0]]))
-    recording.grid(seconds, np.ones((4, 3), np.float32), (0.0, 0.0), 0.02)
 
 
 def test_messages_read_back_with_the_published_schemas(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from rover.geometry import Pose2
 from rover.outcome import RunStatus
-from rover.report.geojson import EARTH_RADIUS, Georeference, results_geojson, write_geojson
+from rover.report.geojson import geojson_name, projection, results_geojson, write_geojson
 from rover.report.result import DetectionResult, GoalResult, Identities, MapLayers, RunResult
+from rover.report.site import Georeference, Site
 
 NONE = np.zeros((1, 1), bool)
 DEPTH = {"Point": 0, "LineString": 1, "Polygon": 2}
@@ -69,19 +70,34 @@ def test_local_coordinates_say_so(result: RunResult) -> None:
     assert results_geojson(result)["rover:simulated"] is True
 
 
-def test_with_an_origin_metres_become_degrees(result: RunResult) -> None:
-    collection = results_geojson(result, Georeference(60.0, 20.0))
+# Lengths of a degree of latitude and of longitude on WGS 84, kilometres, as tables give them.
+DEGREES = ((0.0, 110.574, 111.320), (15.0, 110.649, 107.551), (45.0, 111.132, 78.847), (60.0, 111.412, 55.800))
+
+
+@pytest.mark.parametrize(("latitude", "latitude_km", "longitude_km"), DEGREES)
+def test_metres_become_degrees_of_the_ellipsoid(latitude: float, latitude_km: float, longitude_km: float) -> None:
+    project = projection(Georeference(latitude, 20.0))
+    assert project(0.0, 0.0) == [20.0, latitude]
+    longitude, same = project(100.0, 0.0)
+    assert same == latitude
+    assert 0.1 / (longitude - 20.0) == pytest.approx(longitude_km, rel=1e-5)
+    assert 0.1 / (project(0.0, 100.0)[1] - latitude) == pytest.approx(latitude_km, rel=1e-5)
+
+
+def test_a_run_with_an_origin_is_a_map_of_the_world_and_one_without_is_none(result: RunResult) -> None:
+    placed = replace(result, site=Site(origin=Georeference(60.0, 20.0)))
+    collection = results_geojson(placed)
     assert "rover:frame" not in collection
     longitude, latitude = collection["features"][0]["geometry"]["coordinates"]
-    assert latitude == pytest.approx(60.0 + math.degrees(2.0 / EARTH_RADIUS), abs=1e-9)
-    assert longitude == pytest.approx(20.0 + math.degrees(1.0 / EARTH_RADIUS) / 0.5, abs=1e-9)
+    assert (longitude, latitude) == (pytest.approx(20.0, abs=1e-4), pytest.approx(60.0, abs=1e-4))
+    assert (geojson_name(placed), geojson_name(result)) == ("detections.geojson", "detections.local.json")
 
 
-def test_the_bearing_turns_the_map_clockwise(result: RunResult) -> None:
-    east = results_geojson(result, Georeference(0.0, 0.0, math.pi / 2))["features"][0]["geometry"]["coordinates"]
+def test_the_bearing_turns_the_map_clockwise() -> None:
     # Map +y points east, so map +x points south: (1, 2) lies 2 m east and 1 m south.
-    metre = math.degrees(1.0 / EARTH_RADIUS)
-    assert east == pytest.approx([2.0 * metre, -1.0 * metre], abs=2e-9)
+    longitude, latitude = projection(Georeference(0.0, 0.0, 90.0))(1.0, 2.0)
+    assert longitude * 111_320.0 == pytest.approx(2.0, abs=1e-3)
+    assert latitude * 110_574.0 == pytest.approx(-1.0, abs=1e-3)
 
 
 def test_the_file_is_what_it_says(result: RunResult, tmp_path: Path) -> None:

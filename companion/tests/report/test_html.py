@@ -9,7 +9,8 @@ from html.parser import HTMLParser
 import pytest
 from rover.outcome import RunStatus
 from rover.report.html import report_html
-from rover.report.result import Identities, RunResult, Safety, WallClock
+from rover.report.result import Found, Identities, RunResult, Safety, WallClock
+from rover.report.site import Georeference, Site
 from sample_run import make_result
 
 PNG = b"\x89PNG not drawn"
@@ -182,6 +183,29 @@ def test_only_the_marked_place_differs_from_run_to_run(result: RunResult) -> Non
     differing = [line for line in again.splitlines() if line not in first.splitlines()]
     assert len(differing) == 1
     assert differing[0].startswith('<p class="wall">')
+
+
+def test_what_the_referee_knows_of_the_mines_is_told_of_simulated_fields_only(result: RunResult) -> None:
+    told = "mines found (the referee knows)"
+    assert told not in Reader(report_html(result, PNG)).text
+    judged = replace(result, found=Found(mines=5, found=5, with_contrast=5, with_contrast_found=5, false=1))
+    assert "5 of 5, 1 false" in Reader(report_html(judged, PNG)).text
+    assert judged.summary()["mines"]["found"] == 5
+
+
+def test_mines_that_do_not_show_are_told_apart() -> None:
+    assert str(Found(mines=6, found=4, with_contrast=5, with_contrast_found=4, false=0)) == (
+        "4 of 6 (4 of 5 that show), 0 false"
+    )
+
+
+def test_the_site_stands_in_the_report_when_the_mission_file_names_it(result: RunResult) -> None:
+    assert 'id="site"' not in report_html(result, PNG)
+    placed = replace(result, site=Site("north <meadow>", "", "N. N.", Georeference(50.1, 8.7, 30.0)))
+    text = part(placed, "site")
+    for value in ("north <meadow>", "N. N.", "50.1000000, 8.7000000", "30° from north"):
+        assert value in text
+    assert "Organisation" not in text
 
 
 def test_identities_are_complete(result: RunResult) -> None:

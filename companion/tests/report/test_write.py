@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 from rover.report.result import Localization, RunResult, Safety
+from rover.report.site import Georeference, Site
 from rover.report.write import write_run
 from sample_run import make_result
 
-FILES = {"summary.json", "map.png", "report.html", "detections.geojson"}
+FILES = {"summary.json", "map.png", "report.html", "detections.local.json"}
 CONTRACT = {
     "status", "duration_s", "distance_m", "detections", "goals", "collisions", "keepout_violations",
     "unseen_ground_m2", "min_clearance_m", "localization", "out",
@@ -52,7 +53,14 @@ def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:
     summary = strict(tmp_path / "summary.json")
     assert summary["min_clearance_m"] is None
     assert summary["localization"]["final_sigma_m"] is None
-    assert strict(tmp_path / "detections.geojson")["features"][0]["properties"]["sigma_m"] is None
+    assert strict(tmp_path / "detections.local.json")["features"][0]["properties"]["sigma_m"] is None
+
+
+def test_with_an_origin_the_results_are_those_of_a_gis(tmp_path: Path) -> None:
+    write_run(make_result(site=Site(origin=Georeference(50.1, 8.7))), tmp_path)
+    assert "rover:frame" not in strict(tmp_path / "detections.geojson")
+    assert not (tmp_path / "detections.local.json").exists()
+    assert strict(tmp_path / "summary.json")["site"]["origin"] == [50.1, 8.7]
 
 
 def test_the_report_holds_the_map_that_lies_beside_it(folder: Path) -> None:

@@ -123,6 +123,8 @@ def summary_text(result: RunResult, report: Path) -> str:
         + ("" if d.inspected else f", not inspected: {d.why_not or 'no reason given'}")
         for d in result.detections
     ]
+    if result.found is not None:
+        lines.append(f"mines found {result.found}")
     if result.safety.collisions is not None:
         violations = result.safety.keepout_violations
         lines.append(f"referee: {_count(result.safety.collisions, 'collision')}, {violations} keep-out violations")

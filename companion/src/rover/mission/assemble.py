@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,6 +23,7 @@ from rover.record.ate import absolute_trajectory_error
 from rover.record.tum import read_tum
 from rover.report.result import (
     DetectionResult,
+    Found,
     GoalKind,
     GoalResult,
     Identities,
@@ -45,7 +48,7 @@ def assemble(
     track: Track,
     figures: LinkFigures,
     identities: Identities,
-    referee: dict[str, float | None] | None,
+    referee: Mapping[str, Any] | None,
     out: Path,
 ) -> RunResult:
     """The result of a run. `referee`: what a simulated rig counted, None where nobody did."""
@@ -67,6 +70,7 @@ def assemble(
         path=track.fused[::5, :3],
         layers=MapLayers((0.0, 0.0), grid.resolution, grid.temperature, shown, grid.occupied),
         identities=identities,
+        site=survey.mission.site,
         detections=_detections(survey, start),
         goals=tuple(
             GoalResult(
@@ -85,6 +89,7 @@ def assemble(
         unsurveyed=_unsurveyed(survey),
         surveyed_area=float(shown.sum()) * grid.resolution**2,
         safety=_safety(referee),
+        found=_found(referee),
         localization=_localization(survey, track, out),
         link=asdict(figures),
         timeline=tuple(TimelineEntry(at - start, text) for at, text in survey.timeline),
@@ -164,7 +169,20 @@ def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
     return tuple(Unsurveyed(float(mask.sum()) * cell, reason) for mask, reason in parts if mask.any())
 
 
-def _safety(referee: dict[str, float | None] | None) -> Safety:
+def _found(referee: Mapping[str, Any] | None) -> Found | None:
+    if referee is None or "mines" not in referee:
+        return None
+    rows = referee["mines"]
+    return Found(
+        mines=len(rows),
+        found=sum(bool(row["found"]) for row in rows),
+        with_contrast=int(referee["mines_with_contrast"]),
+        with_contrast_found=int(referee["mines_with_contrast_found"]),
+        false=int(referee["false_indications"]),
+    )
+
+
+def _safety(referee: Mapping[str, Any] | None) -> Safety:
     if referee is None:
         return Safety()
     return Safety(
@@ -176,7 +194,7 @@ def _safety(referee: dict[str, float | None] | None) -> Safety:
     )
 
 
-def _count(referee: dict[str, float | None], key: str) -> int | None:
+def _count(referee: Mapping[str, Any], key: str) -> int | None:
     value = referee.get(key)
     return None if value is None else int(value)
 

@@ -7,7 +7,6 @@ from rover.mission.config import Mission
 from rover.mission.former_run import FormerRun, go_on_from
 from rover.mission.perception import Perception
 from rover.mission.survey import Survey
-from rover.vehicle import Vehicle
 from rover.vision.camera.model import CameraModel
 
 
@@ -15,7 +14,7 @@ def begin(
     mission: Mission, camera: CameraModel, classifier: Classifier, seed: int, former: FormerRun | None = None
 ) -> Survey:
     """The survey of a mission. Raises BadInput where the earlier run does not fit."""
-    vehicle = Vehicle()
+    vehicle = mission.rover.vehicle
     known = former.keyframes if former is not None else None
     survey = Survey(mission, vehicle, Perception(mission, vehicle, camera, classifier, known), seed)
     if former is not None:

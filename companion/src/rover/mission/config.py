@@ -11,18 +11,30 @@ from typing import Any
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
 from rover.link.baud import DEFAULT_BAUD
-from rover.toml_file import printable, read_toml
+from rover.report.site import Georeference, Site
+from rover.toml_file import read_toml
 from rover.toml_table import Table
-from rover.vehicle import Vehicle
+from rover.vehicle import STANDARD, Vehicle, load_vehicle
 from rover.vision.camera.file import load_camera
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
 SOILS = ("dry-sand", "loam", "clay", "moist-clay")
+# What lies in a simulated field of FULL_FIELD_M2 or more where the mission file does not say.
+DEFAULT_ROCKS = 5
+DEFAULT_GRASS = 4
+DEFAULT_SURFACE_MINES = 2
+DEFAULT_DEPTHS_CM = (1.0, 2.0, 5.0)
+# Smaller fields get fewer, narrow ones as well; below MIN_FIELD_SIDE_M nothing can lie that the rover gets past.
+FULL_FIELD_M2 = 12.0
+FULL_FIELD_SIDE_M = 2.0
+MIN_FIELD_SIDE_M = 1.2
+
 SECTIONS = {
     "mission": ("name", "time_of_day", "max_duration_s", "goals"),
+    "site": ("name", "organisation", "operator", "origin", "bearing_deg"),
     "area": ("width_m", "height_m", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
-    "rover": ("camera", "camera_source", "cruise_speed_m_s", "baud"),
+    "rover": ("vehicle", "camera", "camera_source", "cruise_speed_m_s", "baud"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
     "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
 }
@@ -47,8 +59,13 @@ class Launch:
 
 @dataclass(frozen=True)
 class RoverSettings:
-    """The rover that drives the mission; `camera_source` and `baud` matter on a real board."""
+    """The rover that drives the mission; `camera_source` and `baud` matter on a real board.
 
+    vehicle_file: where the vehicle is described, "" for the standard one.
+    """
+
+    vehicle: Vehicle
+    vehicle_file: str
     camera: str
     camera_source: str
     cruise_speed: float
@@ -85,6 +102,7 @@ class Mission:
     time_of_day_s: float
     max_duration_s: float
     goals: tuple[tuple[float, float], ...]
+    site: Site
     area: Area
     launch: Launch
     rover: RoverSettings
@@ -105,27 +123,40 @@ def load(path: str | Path) -> Mission:
 
 def from_document(document: dict[str, Any], file: Path) -> Mission:
     """The mission that a file's content describes; other files that it names lie beside `file`. Raises as `load`."""
-    for name in document:
-        if name not in SECTIONS:
-            raise BadInput(f"{file}: [{printable(name)}]: unknown section; known are {', '.join(SECTIONS)}")
-    tables = {name: Table(file, document.get(name, {}), name).only(*keys) for name, keys in SECTIONS.items()}
+    top = Table(file, document).only(*SECTIONS)
+    tables = {name: top.table(name).only(*keys) for name, keys in SECTIONS.items()}
 
-    area = _area(tables["area"])
-    head = tables["mission"]
+    head, area = tables["mission"], _area(tables["area"])
+    rover = _rover(tables["rover"], file)
     mission = Mission(
         path=file,
         name=head.text("name", file.stem),
         time_of_day_s=head.clock_time("time_of_day", "13:00"),
         max_duration_s=head.number("max_duration_s", 1.0, 86_400.0, 900.0),
         goals=tuple((x, y) for x, y in head.rows("goals", ("x", "y"), -1e4, 1e4)),
+        site=_site(tables["site"]),
         area=area,
-        launch=_launch(tables["launch"]),
-        rover=_rover(tables["rover"], file),
+        launch=_launch(tables["launch"], rover.vehicle),
+        rover=rover,
         detector=_detector(tables["detector"], file),
-        field=_field(tables["field"]),
+        field=_field(tables["field"], area),
     )
     _check_places(mission)
     return mission
+
+
+def _site(table: Table) -> Site:
+    origin = None
+    if table.has("origin"):
+        latitude, longitude = table.row("origin", ("latitude", "longitude"), -180.0, 180.0)
+        # At the poles no longitude is defined.
+        if not abs(latitude) <= 89.0:
+            raise table.error("origin", f"latitude {latitude:g} lies outside -89 to 89 deg")
+        origin = Georeference(latitude, longitude, table.number("bearing_deg", -360.0, 360.0, 0.0))
+    elif table.has("bearing_deg"):
+        raise table.error("bearing_deg", "has no meaning without origin = [latitude, longitude]")
+    names = (table.text(key, "") for key in ("name", "organisation", "operator"))
+    return Site(*names, origin)
 
 
 def _area(table: Table) -> Area:
@@ -136,11 +167,12 @@ def _area(table: Table) -> Area:
     )
 
 
-def _launch(table: Table) -> Launch:
+def _launch(table: Table, vehicle: Vehicle) -> Launch:
     x = table.number("x_m", -1e4, 1e4)
     y = table.number("y_m", -1e4, 1e4)
     heading = math.radians(table.number("heading_deg", -360.0, 360.0, 0.0))
-    return Launch(Pose2(x, y, heading), table.number("surveyed_radius_m", Vehicle().radius, 2.0, 0.25))
+    surveyed = table.number("surveyed_radius_m", vehicle.radius, 2.0, max(0.25, vehicle.radius))
+    return Launch(Pose2(x, y, heading), surveyed)
 
 
 def _beside(table: Table, key: str, file: Path, name: str) -> str:
@@ -156,6 +188,13 @@ def _beside(table: Table, key: str, file: Path, name: str) -> str:
 
 
 def _rover(table: Table, file: Path) -> RoverSettings:
+    vehicle, vehicle_file = STANDARD, table.text("vehicle", "")
+    if vehicle_file:
+        vehicle_file = _beside(table, "vehicle", file, vehicle_file)
+        try:
+            vehicle = load_vehicle(Path(vehicle_file))
+        except BadInput as error:
+            raise table.error("vehicle", str(error)) from None
     camera = table.text("camera", "lepton-160")
     if camera.endswith(".toml"):
         camera = _beside(table, "camera", file, camera)
@@ -164,9 +203,11 @@ def _rover(table: Table, file: Path) -> RoverSettings:
     except BadInput as error:
         raise table.error("camera", str(error)) from None
     return RoverSettings(
+        vehicle=vehicle,
+        vehicle_file=vehicle_file,
         camera=camera,
         camera_source=table.text("camera_source", ""),
-        cruise_speed=table.number("cruise_speed_m_s", 0.05, Vehicle().travel.speed, 0.25),
+        cruise_speed=table.number("cruise_speed_m_s", 0.05, vehicle.travel.speed, min(0.25, vehicle.travel.speed)),
         baud=table.integer("baud", 9_600, 4_000_000, DEFAULT_BAUD),
     )
 
@@ -183,20 +224,31 @@ def _detector(table: Table, file: Path) -> DetectorSettings:
     )
 
 
-def _field(table: Table) -> FieldSettings:
-    depths = table.numbers("buried_mine_depths_cm", 0.5, 15.0, [1.0, 2.0, 5.0])
+def _field(table: Table, area: Area) -> FieldSettings:
+    share = _default_share(area)
+    mines = round((DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)) * share)
+    buried = round(mines * len(DEFAULT_DEPTHS_CM) / (DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)))
+    depths = table.numbers("buried_mine_depths_cm", 0.5, 15.0, DEFAULT_DEPTHS_CM[:buried])
     return FieldSettings(
         soil=table.choice("soil", SOILS, "loam"),
-        rocks=table.integer("rocks", 0, 200, 5),
-        grass=table.integer("grass", 0, 200, 4),
-        surface_mines=table.integer("surface_mines", 0, 100, 2),
+        rocks=table.integer("rocks", 0, 200, round(DEFAULT_ROCKS * share)),
+        grass=table.integer("grass", 0, 200, round(DEFAULT_GRASS * share)),
+        surface_mines=table.integer("surface_mines", 0, 100, mines - buried),
         buried_mine_depths=tuple(depth / 100.0 for depth in depths),
     )
 
 
+def _default_share(area: Area) -> float:
+    """How much of the full default field fits into an area with room to drive: 1 from FULL_FIELD_M2 on."""
+    side = min(area.width, area.height)
+    if side < MIN_FIELD_SIDE_M:
+        return 0.0
+    return min(1.0, area.width * area.height / FULL_FIELD_M2) * min(1.0, side / FULL_FIELD_SIDE_M)
+
+
 def _check_places(mission: Mission) -> None:
     """Launch and goals must be inside the area and off every obstacle known beforehand."""
-    radius = Vehicle().radius
+    radius = mission.rover.vehicle.radius
     launch = mission.launch.pose
     if not _inside(mission.area, launch.x, launch.y, radius):
         raise BadInput(

@@ -17,19 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.mission.config import Area, Launch
-from rover.mission.keepout import Zone
+from rover.mission.keepout import MINE_RADIUS_M, Zone
 from rover.planning.fields import GridField
+from rover.vehicle import Vehicle
 
 Mask = NDArray[np.bool_]
 
 # What the map may be wrong by: localization (usually under 1 cm) and a cell.
 MARGIN = 0.025
-
-# The furthest that a wheel's contact reaches from the rover's centre, metres: 0.10 aside, half a tyre wide and long.
-WHEEL_REACH = 0.12
-
-# Half the extent of what a zone is drawn around, metres.
-MINE_RADIUS = 0.06
 
 # What a wheel stays away from a zone beyond MARGIN: a zone may be drawn beside a path that is driven already, where
 # MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).
@@ -67,9 +62,10 @@ class FreeSpace:
 
 
 def free_space(
-    occupied: Mask, seen: Mask, resolution: float, zones: Iterable[Zone], area: Area, launch: Launch, radius: float
+    occupied: Mask, seen: Mask, resolution: float, zones: Iterable[Zone], area: Area, launch: Launch, vehicle: Vehicle
 ) -> FreeSpace:
-    """Puts together what forbids ground. `radius`: of the rover's footprint in metres."""
+    """Puts together what forbids ground."""
+    radius = vehicle.radius
     shown = seen | disc_mask(seen.shape, resolution, launch.pose.x, launch.pose.y, launch.surveyed_radius)
     solid = occupied.copy()
     for x, y, r in area.obstacles:
@@ -77,7 +73,7 @@ def free_space(
     blocked = solid | ~shown
     for zone in zones:
         # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
-        core = max(zone.radius + ZONE_MARGIN - (radius - WHEEL_REACH), MINE_RADIUS)
+        core = max(zone.radius + ZONE_MARGIN - (radius - vehicle.wheel_reach), MINE_RADIUS_M)
         blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, core)
     return FreeSpace(
         blocked=blocked,

@@ -20,8 +20,8 @@ REDRAW_DISTANCE = 0.01
 # A growing zone is drawn anew in steps of at least this, metres.
 GROWTH = 0.01
 
-# No zone is smaller: half the extent of a mine.
-SMALLEST = 0.06
+# Half the extent of a mine, metres: no zone is smaller.
+MINE_RADIUS_M = 0.06
 
 
 class SuspectedPlace(Protocol):
@@ -90,7 +90,7 @@ class KeepOut:
                 if moved < REDRAW_DISTANCE and zone.radius >= self._radius:
                     continue
                 self._ended.append(replace(zone, until=now))
-            self._active[place.id] = Zone(place.id, place.x, place.y, max(radius, SMALLEST), now)
+            self._active[place.id] = Zone(place.id, place.x, place.y, max(radius, MINE_RADIUS_M), now)
             changed = True
         for identifier in [key for key in self._active if key not in seen]:
             self._ended.append(replace(self._active.pop(identifier), until=now))

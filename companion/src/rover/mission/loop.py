@@ -97,7 +97,7 @@ class MissionLoop:
             survey.outcome = survey.outcome or Outcome(RunStatus.SAFETY_STOP, str(error))
         self._record_notes()
 
-    def judge(self) -> dict[str, float | None] | None:
+    def judge(self) -> dict[str, Any] | None:
         """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version."""
         zones = [
             {"t": zone.since, "until": zone.until, "id": zone.id, "x": zone.x, "y": zone.y, "r": zone.radius}

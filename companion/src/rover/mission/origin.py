@@ -24,6 +24,7 @@ from rover.vision.camera.model import CameraModel
 MISSION_FILE = "mission.toml"
 CAMERA_FILE = "camera.toml"
 MODEL_FILE = "model.onnx"
+VEHICLE_FILE = "vehicle.toml"
 TOML = "application/toml"
 BINARY = "application/octet-stream"
 SOURCES = Path(rover.__file__).resolve().parent
@@ -48,9 +49,11 @@ def origin_of(mission: Mission, rig: str, transport: str, seed: int, cycle: floa
 
 
 def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:
-    """Mission, camera and, where it is not the one that ships, the model; the files of the run that it goes on from."""
+    """Mission and camera; vehicle and model, where they are not those that ship; the files of the run gone on from."""
     recording.attach(MISSION_FILE, TOML, mission.path.read_bytes())
     recording.attach(CAMERA_FILE, TOML, camera_file(mission.rover.camera).read_bytes())
+    if mission.rover.vehicle_file:
+        recording.attach(VEHICLE_FILE, TOML, Path(mission.rover.vehicle_file).read_bytes())
     if mission.detector.model:
         recording.attach(MODEL_FILE, BINARY, Path(mission.detector.model).read_bytes())
     if former is not None:
@@ -77,12 +80,14 @@ def restore_mission(files: Mapping[str, bytes], folder: Path, overrides: Mapping
     for name in (MISSION_FILE, CAMERA_FILE):
         if name not in files:
             raise BadInput(f"the log holds no {name}: it was not recorded by a mission of this version")
-    for name in (MISSION_FILE, CAMERA_FILE, MODEL_FILE):
+    for name in (MISSION_FILE, CAMERA_FILE, VEHICLE_FILE, MODEL_FILE):
         if name in files:
             (folder / name).write_bytes(files[name])
     path = folder / MISSION_FILE
     document = read_toml(path)
     document.setdefault("rover", {})["camera"] = CAMERA_FILE
+    if VEHICLE_FILE in files:
+        document["rover"]["vehicle"] = VEHICLE_FILE
     if MODEL_FILE in files:
         document.setdefault("detector", {})["model"] = MODEL_FILE
     for key, value in overrides.items():

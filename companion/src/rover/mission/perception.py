@@ -19,13 +19,12 @@ from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
 from rover.link.words import SonarStatus
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
-from rover.mission.freespace import WHEEL_REACH
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
 from rover.vehicle import Vehicle
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap
-from rover.vision.localization.localizer import Fix, Localizer
+from rover.vision.localization.localizer import Fix, Localizer, LocalizerSettings
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
@@ -61,7 +60,8 @@ class Perception:
         area = mission.area
         self.vehicle = vehicle
         self.camera = camera
-        self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA, known=known)
+        settings = LocalizerSettings(track_width=vehicle.track_width)
+        self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA, settings, known=known)
         self.grid = SurveyGrid(area.width, area.height)
         self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))
         self.keepout = KeepOut(mission.detector.keepout_radius)
@@ -173,7 +173,8 @@ class Perception:
         self.grid.integrate_frame(frame, self.camera, pose, self.sigma, detections)
         self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
         here = self.pose
-        self.keepout.update(self.avoided, now, (here.x, here.y), WHEEL_REACH + (BRAKING if self._moving else 0.0))
+        reach = self.vehicle.wheel_reach + (BRAKING if self._moving else 0.0)
+        self.keepout.update(self.avoided, now, (here.x, here.y), reach)
         return True
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import rover_protocol.messages as messages
@@ -38,6 +39,7 @@ from rover.mission.track import Track
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
+from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 from rover.report.result import Identities, RealTime, RunResult, WallClock
 from rover.report.write import write_run
 from rover.vision.camera.file import load_camera
@@ -54,7 +56,7 @@ class Driven:
     track: Track
     firmware: Identity | None
     figures: LinkFigures
-    referee: dict[str, float | None] | None
+    referee: dict[str, Any] | None
 
 
 @dataclass(frozen=True)
@@ -201,7 +203,8 @@ def _forget_earlier_run(out: Path) -> None:
         "summary.json",
         "report.html",
         "map.png",
-        "detections.geojson",
+        WORLD_FILE,
+        LOCAL_FILE,
         "trajectory.tum",
         *FORMER_FILES,
         "truth.tum",

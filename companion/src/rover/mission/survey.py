@@ -134,7 +134,7 @@ class Survey:
             self.perception.keepout.active,
             self.mission.area,
             self.mission.launch,
-            self.vehicle.radius,
+            self.vehicle,
         )
 
     def _heed_watch(self, now: float) -> None:

@@ -15,9 +15,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any, get_type_hints
 
 import numpy as np
-from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.Log_pb2 import Log
-from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
@@ -84,23 +82,6 @@ class Journal(ABC):
         """A planned path, (N, 2) in map."""
         poses = [_pose(Pose2(x, y, 0.0)) for x, y in np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()]
         self.put_protobuf(topic, time, PosesInFrame(timestamp=_stamp(time), frame_id="map", poses=poses))
-
-    def grid(
-        self, time: float, cells: NDArray[Any], origin: tuple[float, float], resolution: float, topic: str = "/map/grid"
-    ) -> None:
-        """A raster (h, w) of map, row 0 at the bottom: float32, or what uint8 holds."""
-        floating = np.issubdtype(cells.dtype, np.floating)
-        data = np.ascontiguousarray(cells, dtype="<f4" if floating else np.uint8)
-        size = data.dtype.itemsize
-        kind = PackedElementField.FLOAT32 if floating else PackedElementField.UINT8
-        grid = Grid(timestamp=_stamp(time), frame_id="map", pose=_pose(Pose2(*origin, 0.0)))
-        grid.column_count = data.shape[1]
-        grid.cell_size.x = grid.cell_size.y = resolution
-        grid.row_stride = data.shape[1] * size
-        grid.cell_stride = size
-        grid.fields.append(PackedElementField(name="value", offset=0, type=kind))
-        grid.data = data.tobytes()
-        self.put_protobuf(topic, time, grid)
 
     def log(self, time: float, level: str, text: str, name: str = "mission", topic: str = "/log") -> None:
         """A line of text; levels: debug, info, warning, error, fatal."""

@@ -9,47 +9,52 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rover.record.strict_json import document
 from rover.report.result import DetectionResult, GoalResult, RunResult, detection_json, goal_json
+from rover.report.site import Georeference
 
-EARTH_RADIUS = 6_371_008.8
-"""Mean radius in metres; over the tens of metres of a field the sphere is off by millimetres."""
+# The ellipsoid of WGS 84: semi-major axis in metres, and the square of the first eccentricity.
+SEMI_MAJOR_AXIS_M = 6_378_137.0
+ECCENTRICITY_SQUARED = 6.694_379_990_14e-3
 
+# Corners of the polygon that stands for a circle.
 CIRCLE_SIDES = 48
+
+WORLD_FILE = "detections.geojson"
+LOCAL_FILE = "detections.local.json"
+
 Project = Callable[[float, float], list[float]]
 
 
-@dataclass(frozen=True)
-class Georeference:
-    """Where the map's origin lies: degrees; `bearing`: the compass bearing of map +y in radians (0: +y is north)."""
-
-    latitude: float
-    longitude: float
-    bearing: float = 0.0
-
-
 def projection(reference: Georeference | None) -> Project:
-    """Function from map x, y to GeoJSON coordinates."""
+    """Function from map x, y to GeoJSON coordinates.
+
+    A field is a plane that touches the ellipsoid at the map's origin: over 100 m that is exact to a millimetre.
+    """
     if reference is None:
         return lambda x, y: [round(x, 4), round(y, 4)]
-    cos_latitude = math.cos(math.radians(reference.latitude))
-    c, s = math.cos(reference.bearing), math.sin(reference.bearing)
+    latitude_rad, bearing = math.radians(reference.latitude), math.radians(reference.bearing_deg)
+    # Radii of curvature in the meridian and across it.
+    squeeze = 1.0 - ECCENTRICITY_SQUARED * math.sin(latitude_rad) ** 2
+    along = SEMI_MAJOR_AXIS_M * (1.0 - ECCENTRICITY_SQUARED) / squeeze**1.5
+    across = SEMI_MAJOR_AXIS_M / math.sqrt(squeeze)
+    c, s = math.cos(bearing), math.sin(bearing)
 
     def project(x: float, y: float) -> list[float]:
         east, north = c * x + s * y, -s * x + c * y
-        latitude = reference.latitude + math.degrees(north / EARTH_RADIUS)
-        longitude = reference.longitude + math.degrees(east / (EARTH_RADIUS * cos_latitude))
+        latitude = reference.latitude + math.degrees(north / along)
+        longitude = reference.longitude + math.degrees(east / (across * math.cos(latitude_rad)))
         return [round(longitude, 9), round(latitude, 9)]
 
     return project
 
 
-def results_geojson(result: RunResult, reference: Georeference | None = None) -> dict[str, Any]:
+def results_geojson(result: RunResult) -> dict[str, Any]:
     """FeatureCollection of detections, keep-out zones, goals, the area and the driven path."""
+    reference = result.site.origin
     project = projection(reference)
     features: list[dict[str, Any]] = []
     for detection in result.detections:
@@ -73,9 +78,14 @@ def results_geojson(result: RunResult, reference: Georeference | None = None) ->
     return collection
 
 
-def write_geojson(path: Path, result: RunResult, reference: Georeference | None = None) -> None:
+def geojson_name(result: RunResult) -> str:
+    """Name of the file of results: one that holds metres must not be taken for a map of the world."""
+    return LOCAL_FILE if result.site.origin is None else WORLD_FILE
+
+
+def write_geojson(path: Path, result: RunResult) -> None:
     """Writes the results of a run."""
-    path.write_text(document(results_geojson(result, reference), indent=1), encoding="utf-8")
+    path.write_text(document(results_geojson(result), indent=1), encoding="utf-8")
 
 
 def _detection(detection: DetectionResult, project: Project) -> dict[str, Any]:

@@ -27,6 +27,7 @@ def report_html(result: RunResult, map_png: bytes) -> str:
         _headline(result),
         _figures(result),
         section("Map", "map", picture(map_png, _map_in_words(result), "map")),
+        sections.site(result),
         sections.indications(result),
         sections.not_surveyed(result),
         sections.limits(result),
@@ -73,11 +74,13 @@ def _figures(result: RunResult) -> Html:
     inspected = sum(detection.inspected for detection in result.detections)
     reached = sum(goal.reached for goal in result.goals)
     sigma = result.localization.max_sigma
+    truth = [] if result.found is None else [("mines found (the referee knows)", text(result.found))]
     figures = (
         (f"indications, {inspected} of them inspected", text(len(result.detections))),
         (f"surveyed: {result.surveyed_area:.1f} of {area:.1f} m²", text(sections.share(result.surveyed_area, area))),
         ("not surveyed", text(f"{max(0.0, area - result.surveyed_area):.1f} m²")),
         ("goals reached", text(f"{reached} of {len(result.goals)}")),
+        *truth,
         (f"driven in {sections.clock(result.duration)} min", text(f"{result.distance:.1f} m")),
         ("position ±1σ, largest", text("unknown" if sigma is None else sections.centimetres(sigma))),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 from rover.outcome import RunStatus
+from rover.report.site import UNKNOWN, Site
 from rover.str_enum import StrEnum
 
 
@@ -92,6 +93,25 @@ class Safety:
     unseen_ground: float | None = None
     min_clearance: float | None = None
     wheel_over_mine: int | None = None
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the referee of a simulated rig says of the indications: it knows where the mines lie.
+
+    with_contrast: mines that show in a thermal picture at all. false: indications where no mine is.
+    """
+
+    mines: int
+    found: int
+    with_contrast: int
+    with_contrast_found: int
+    false: int
+
+    def __str__(self) -> str:
+        hidden = self.mines - self.with_contrast
+        shown = f" ({self.with_contrast_found} of {self.with_contrast} that show)" if hidden else ""
+        return f"{self.found} of {self.mines}{shown}, {self.false} false"
 
 
 @dataclass(frozen=True)
@@ -184,12 +204,14 @@ class RunResult:
     path: NDArray[np.float64]
     layers: MapLayers
     identities: Identities
+    site: Site = UNKNOWN
     detections: tuple[DetectionResult, ...] = ()
     goals: tuple[GoalResult, ...] = ()
     obstacles: tuple[ObstacleResult, ...] = ()
     unsurveyed: tuple[Unsurveyed, ...] = ()
     surveyed_area: float = 0.0
     safety: Safety = Safety()
+    found: Found | None = None
     localization: Localization = Localization()
     link: dict[str, float] = field(default_factory=dict)
     timeline: tuple[TimelineEntry, ...] = ()
@@ -210,6 +232,7 @@ class RunResult:
             "status": self.status,
             "reason": self.reason,
             "mission": self.mission,
+            "site": self.site.document(),
             "duration_s": round(self.duration, 3),
             "distance_m": round(self.distance, 4),
             "area_m2": round(self.area_width * self.area_height, 4),
@@ -222,6 +245,7 @@ class RunResult:
             "unseen_ground_m2": _rounded(self.safety.unseen_ground, 5),
             "min_clearance_m": _rounded(self.safety.min_clearance, 4),
             "wheel_over_mine": self.safety.wheel_over_mine,
+            "mines": None if self.found is None else asdict(self.found),
             "localization": {
                 "ate_rmse_m": _rounded(self.localization.ate_rmse, 5),
                 "odometry_only_ate_rmse_m": _rounded(self.localization.odometry_only_ate_rmse, 5),

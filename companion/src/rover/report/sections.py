@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from rover.report.map_plot import png_bytes, thumbnail
-from rover.report.markup import NOTHING, Html, bullets, join, paragraph, picture, section, table, tag, text
+from rover.report.markup import NOTHING, Html, bullets, join, pairs, paragraph, picture, section, table, tag, text
 from rover.report.result import DetectionResult, GoalKind, GoalResult, RunResult
 
 CLASS_WORDS = {"surface": "mine-like, on the surface", "buried": "mine-like, buried"}
@@ -13,6 +13,18 @@ GOAL_SETTERS = {GoalKind.OPERATOR: "operator", GoalKind.INSPECTION: "rover, to i
 NO_REASON = "no reason recorded"
 SMALLEST_AREA = 0.005
 """m²; differences of areas below this are rounding."""
+
+
+def site(result: RunResult) -> Html:
+    """Where, for whom and by whom; nothing where the mission file does not say."""
+    known = result.site
+    rows = [("Site", known.name), ("Organisation", known.organisation), ("Operator", known.operator)]
+    if known.origin is not None:
+        origin = known.origin
+        place = f"{origin.latitude:.7f}, {origin.longitude:.7f} (latitude, longitude; WGS 84)"
+        rows += [("Origin of the map", place), ("Bearing of map +y", f"{origin.bearing_deg:g}° from north")]
+    told = [(name, text(value)) for name, value in rows if value]
+    return section("Site", "site", pairs(told)) if told else NOTHING
 
 
 def indications(result: RunResult) -> Html:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
+from rover.vehicle import STANDARD
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.keyframes import Keyframe, KeyframeSettings, KeyframeStore
@@ -50,7 +51,7 @@ class LocalizerSettings:
     """
 
     motion: Literal["wheels", "frames"] = "wheels"
-    track_width: float = 0.20
+    track_width: float = STANDARD.track_width
     gate: float = 16.3
     floor: tuple[float, float, float] = (0.0015, 0.0015, 0.0017)
     blur: tuple[float, float, float] = (0.0022, 0.0022, 0.0038)

@@ -1,0 +1,138 @@
+"""The vehicle file, and that the standard rover's numbers are the same wherever tools force a second copy."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+import rover
+from rover.errors import BadInput
+from rover.link.baud import DEFAULT_BAUD
+from rover.toml_file import read_toml
+from rover.vehicle import STANDARD, Vehicle, load_vehicle
+
+ROOT = Path(__file__).resolve().parents[2]
+PARAMETERS = (ROOT / "firmware/core/src/parameters.rs").read_text(encoding="utf-8")
+PLANT = (ROOT / "hil_tests/plant/src/config.rs").read_text(encoding="utf-8")
+
+WIDE = """
+[body]
+radius_m = 0.20
+[wheels]
+track_m = 0.28
+radius_m = 0.04
+counts_per_revolution = 2048
+[travel]
+speed_m_s = 0.3
+[turning]
+speed_rad_s = 0.9
+"""
+
+
+def read(folder: Path, text: str) -> Vehicle:
+    file = folder / "vehicle.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_vehicle(file)
+
+
+def test_an_empty_file_is_the_standard_rover(tmp_path: Path) -> None:
+    assert read(tmp_path, "") == STANDARD
+
+
+def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
+    wide = read(tmp_path, WIDE)
+    assert (wide.radius, wide.track_width, wide.wheel_radius, wide.counts_per_revolution) == (0.20, 0.28, 0.04, 2048)
+    assert (wide.travel.speed, wide.travel.acceleration) == (0.3, STANDARD.travel.acceleration)
+    assert (wide.heading.speed, wide.heading.jerk) == (0.9, STANDARD.heading.jerk)
+    assert wide.sonars == STANDARD.sonars
+    assert wide.wheel_reach == 0.16
+
+
+def test_sonars_are_given_all_or_none(tmp_path: Path) -> None:
+    mount = "[[sonar]]\nx_m = 0.1\ny_m = 0.0\nyaw_deg = 90\n"
+    assert [sonar.yaw for sonar in read(tmp_path, 3 * mount).sonars] == [math.pi / 2] * 3
+    with pytest.raises(BadInput, match=r"sonar: must be 3 tables \[\[sonar\]\]: left, centre and right, not 1"):
+        read(tmp_path, mount)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[wheels]\ntrack_cm = 20\n", r"\[wheels\] track_cm: unknown key; wrong unit\? it is track_m here"),
+        ("[wheel]\ntrack_m = 0.2\n", r"wheel: unknown key; did you mean wheels\?"),
+        ("[wheels]\ntrack_m = 20\n", r"\[wheels\] track_m: 20 lies outside 0.05 to 1 m"),
+        ("[wheels]\ntrack_m = 0.3\n", r"\[body\] radius_m: the wheels reach 0.17 m .*disc of 0.15 m must hold them"),
+        ("[turning]\nspeed_rad_s = 'fast'\n", r"\[turning\] speed_rad_s: must be a number in rad/s, not 'fast'"),
+    ],
+)
+def test_what_is_wrong_is_one_line(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(BadInput, match=says):
+        read(tmp_path, text)
+
+
+def test_the_file_in_the_guide_is_the_standard_rover(tmp_path: Path) -> None:
+    guide = (ROOT / "docs/guide/operating.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(\[body\].*?)```", guide, re.DOTALL)
+    assert read(tmp_path, text) == STANDARD
+
+
+def parameter(name: str) -> int:
+    """The default of a firmware parameter."""
+    found = re.search(rf'"{name}", "[^"]*", \[([0-9_]+),', PARAMETERS)
+    assert found is not None, name
+    return int(found[1].replace("_", ""))
+
+
+def plant(name: str) -> float:
+    """A number of the plant's nominal rover."""
+    found = re.search(rf"\b{name}: ([0-9_.]+),", PLANT)
+    assert found is not None, name
+    return float(found[1].replace("_", ""))
+
+
+def test_the_firmwares_parameters_are_the_standard_rovers() -> None:
+    assert parameter("track") == round(STANDARD.track_width * 1e6)
+    for side in ("count_left", "count_right"):
+        assert parameter(side) == round(STANDARD.metres_per_count * 1e12)
+
+
+def test_the_firmware_allows_more_than_the_companion_asks_for() -> None:
+    assert parameter("max_travel_velocity") * 1e-6 >= STANDARD.travel.speed
+    assert parameter("max_travel_acceleration") * 1e-6 >= STANDARD.travel.acceleration
+    assert parameter("max_heading_velocity") * 1e-6 >= STANDARD.heading.speed
+    assert parameter("max_heading_acceleration") * 1e-6 >= STANDARD.heading.acceleration
+
+
+def test_the_plants_nominal_rover_is_the_standard_one() -> None:
+    assert plant("track_width") == STANDARD.track_width
+    assert plant("wheel_radius") == STANDARD.wheel_radius
+    assert plant("counts_per_revolution") == STANDARD.counts_per_revolution
+    assert plant("footprint_radius") == STANDARD.radius
+    assert plant("baud") == DEFAULT_BAUD
+
+
+def test_board_and_companion_speak_at_one_rate() -> None:
+    pins = (ROOT / "firmware/pico/src/pins.rs").read_text(encoding="utf-8")
+    found = re.search(r"BAUD: u32 = ([0-9_]+);", pins)
+    assert found is not None
+    assert int(found[1].replace("_", "")) == DEFAULT_BAUD
+
+
+PYPROJECTS = ("companion", "protocol/python", "hil_tests", "hil_tests/plant")
+CRATES = ("Cargo.toml", "firmware/pico/Cargo.toml", "firmware/no_panic/Cargo.toml")
+
+
+@pytest.mark.parametrize("folder", PYPROJECTS)
+def test_every_python_package_has_the_companions_version(folder: str) -> None:
+    project = read_toml(ROOT / folder / "pyproject.toml")["project"]
+    assert project.get("version", rover.__version__) == rover.__version__
+    assert "version" in project or "version" in project["dynamic"]
+
+
+@pytest.mark.parametrize("file", CRATES)
+def test_every_crate_has_the_companions_version(file: str) -> None:
+    content = read_toml(ROOT / file)
+    package = content.get("package") or content["workspace"]["package"]
+    assert package["version"] == rover.__version__

@@ -1,4 +1,4 @@
-"""A picture of a piece of the map: metres in, anti-aliased marks out."""
+"""A plot of a piece of the map: metres in, anti-aliased marks out."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from rover.report.palette import HATCH, INK, UNSEEN, WHITE, Colour
 
+# Bits of a fraction of a pixel that OpenCV's drawing calls take.
 SHIFT = 4
-"""Bits of a fraction of a pixel that OpenCV's drawing calls take."""
 
 Raster = NDArray[Any]
 
 
 class Canvas:
-    """A BGR picture with the map's rectangle (0, 0)–(width, height) in it; y points up.
+    """A BGR image with the map's rectangle (0, 0)–(width, height) in it; y points up.
 
-    left, top, right, bottom: margins in pixels. scale: pixels a metre.
+    left, top, right, bottom: margins in pixels. scale: pixels a metre. What is drawn at a place of the map is cut off
+    at the map's border: a zone that reaches beyond the area must not cover axes or legend.
     """
 
     def __init__(
@@ -37,7 +38,7 @@ class Canvas:
         return self.image[self.top : self.top + self.rows, self.left : self.left + self.columns]
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
-        """Column and row of a point of the map."""
+        """Column and row of a point of the map in the whole image."""
         return self.left + x * self.scale, self.top + self.rows - y * self.scale
 
     def raster(self, cells: Raster, origin: tuple[float, float], resolution: float, smooth: bool) -> Raster:
@@ -57,44 +58,45 @@ class Canvas:
 
     def disc(self, x: float, y: float, radius: float, colour: Colour, alpha: float = 1.0) -> None:
         """A filled disc; `radius` in metres."""
-        overlay = self.image if alpha >= 1.0 else self.image.copy()
+        field = self.field
+        overlay = field if alpha >= 1.0 else field.copy()
         cv2.circle(overlay, self._fixed(x, y), self._length(radius * self.scale), colour, -1, cv2.LINE_AA, SHIFT)
-        if overlay is not self.image:
-            cv2.addWeighted(overlay, alpha, self.image, 1.0 - alpha, 0.0, self.image)
+        if overlay is not field:
+            cv2.addWeighted(overlay, alpha, field, 1.0 - alpha, 0.0, field)
 
     def circle(self, x: float, y: float, radius: float, colour: Colour, width: int = 2) -> None:
         """A circle; `radius` in metres."""
-        cv2.circle(self.image, self._fixed(x, y), self._length(radius * self.scale), colour, width, cv2.LINE_AA, SHIFT)
+        cv2.circle(self.field, self._fixed(x, y), self._length(radius * self.scale), colour, width, cv2.LINE_AA, SHIFT)
 
     def line(self, points: NDArray[np.float64], colour: Colour, width: int = 2, closed: bool = False) -> None:
         """A polyline through points (N, 2) of the map."""
         if len(points) == 0:
             return
         fixed = self._fixed_all(points)
-        cv2.polylines(self.image, [fixed], closed, colour, width, cv2.LINE_AA, SHIFT)
+        cv2.polylines(self.field, [fixed], closed, colour, width, cv2.LINE_AA, SHIFT)
 
     def polygon(self, points: NDArray[np.float64], colour: Colour) -> None:
         """A filled polygon of points (N, 2) of the map."""
         fixed = self._fixed_all(points)
-        cv2.fillPoly(self.image, [fixed], colour, cv2.LINE_AA, SHIFT)
+        cv2.fillPoly(self.field, [fixed], colour, cv2.LINE_AA, SHIFT)
 
     def badge(self, x: float, y: float, text: str, colour: Colour, distance: float, size: int = 20) -> None:
-        """White text on a plate at the upper right of a point of the map, `distance` pixels away, inside the field."""
+        """White text on a plate at the upper right of a point of the map, `distance` pixels away, inside the map."""
         column, row = self.pixel(x, y)
         width = text_width(text, size)
-        left = min(round(column + distance), self.left + self.columns - width - 14)
-        bottom = max(round(row - distance), self.top + size + 12)
+        left = min(max(round(column + distance), self.left + 2), self.left + self.columns - width - 14)
+        bottom = min(max(round(row - distance), self.top + size + 12), self.top + self.rows - 2)
         corner, opposite = (left, bottom - size - 8), (left + width + 12, bottom)
         cv2.rectangle(self.image, corner, opposite, colour, -1)
         cv2.rectangle(self.image, corner, opposite, WHITE, 1, cv2.LINE_AA)
         draw_text(self.image, text, (left + 6, bottom - 6), WHITE, size, bold=True)
 
     def _fixed(self, x: float, y: float) -> tuple[int, int]:
-        column, row = self.pixel(x, y)
-        return round(column * (1 << SHIFT)), round(row * (1 << SHIFT))
+        """A point of the map in fractions of the field's pixels."""
+        return round(x * self.scale * (1 << SHIFT)), round((self.rows - y * self.scale) * (1 << SHIFT))
 
     def _fixed_all(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
-        pixels = points * (self.scale, -self.scale) + np.array([self.left, self.top + self.rows])
+        pixels = points * (self.scale, -self.scale) + np.array([0.0, self.rows])
         return np.asarray(np.round(pixels * (1 << SHIFT)), dtype=np.int32).reshape(-1, 1, 2)
 
     @staticmethod
@@ -125,8 +127,8 @@ def _stroke(size: int, bold: bool) -> int:
 
 
 def hatched(rows: int, columns: int, spacing: int = 14) -> NDArray[np.uint8]:
-    """A field of diagonal hatching, for ground that nobody has looked at."""
-    picture = np.full((rows, columns, 3), UNSEEN, dtype=np.uint8)
+    """Diagonal hatching, for ground that nobody has looked at."""
+    image = np.full((rows, columns, 3), UNSEEN, dtype=np.uint8)
     for start in range(-rows, columns, spacing):
-        cv2.line(picture, (start, rows), (start + rows, 0), HATCH, 1, cv2.LINE_AA)
-    return picture
+        cv2.line(image, (start, rows), (start + rows, 0), HATCH, 1, cv2.LINE_AA)
+    return image

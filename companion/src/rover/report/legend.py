@@ -20,18 +20,22 @@ from rover.report.palette import (
 )
 from rover.report.result import RunResult
 
-KELVIN = 273.15
-ROW = 46
-LEGEND_HEIGHT = 860
-"""Pixels from the top of the map to the legend's lower end."""
+# 0 °C in kelvin.
+FREEZING_K = 273.15
+# Height of a line of the legend.
+ROW_PX = 46
+# From the top of the map to the legend's lower end.
+LEGEND_HEIGHT_PX = 860
 
 
 def draw_title(canvas: Canvas, result: RunResult) -> None:
     """Name and outcome above the map."""
-    text = f"{result.mission}: {result.status.replace('_', ' ')}"
+    place = f"{result.site.name}, " if result.site.name else ""
+    text = f"{place}mission {result.mission}: {result.status.replace('_', ' ')}"
     draw_text(canvas.image, text, (canvas.left, 40), INK, 28, bold=True)
+    count = len(result.detections)
     counts = (
-        f"{len(result.detections)} indications, {result.surveyed_area:.1f} of "
+        f"{count} indication{'' if count == 1 else 's'}, {result.surveyed_area:.1f} of "
         f"{result.area_width * result.area_height:.1f} m2 surveyed, {result.distance:.1f} m driven"
     )
     draw_text(canvas.image, counts, (canvas.left, 70), FAINT, 18)
@@ -62,7 +66,7 @@ def draw_legend(canvas: Canvas, result: RunResult, span: tuple[float, float]) ->
     for mark, text in marks:
         mark(image, column + 20, row)
         draw_text(image, text, (column + 54, row + 7), INK, 18)
-        row += ROW
+        row += ROW_PX
     _scale_bar(canvas, column, row + 30)
     _directions(canvas, column, row + 90)
 
@@ -74,8 +78,8 @@ def _temperature_bar(canvas: Canvas, column: int, row: int, span: tuple[float, f
     cv2.rectangle(canvas.image, (column, row + 16), (column + 260, row + 38), INK, 1)
     draw_text(canvas.image, "ground temperature", (column, row + 4), INK, 18)
     low, high = span
-    draw_text(canvas.image, f"{low - KELVIN:.1f} C", (column, row + 62), FAINT, 17)
-    draw_text(canvas.image, f"{high - KELVIN:.1f} C", (column + 196, row + 62), FAINT, 17)
+    draw_text(canvas.image, f"{low - FREEZING_K:.1f} deg C", (column, row + 62), FAINT, 17)
+    draw_text(canvas.image, f"{high - FREEZING_K:.1f} deg C", (column + 176, row + 62), FAINT, 17)
 
 
 def _scale_bar(canvas: Canvas, column: int, row: int) -> None:
@@ -92,7 +96,7 @@ def _directions(canvas: Canvas, column: int, row: int) -> None:
     base = (column + 14, row + 70)
     for tip, text, place in (
         ((column + 84, row + 70), "x", (column + 92, row + 77)),
-        ((column + 14, row), "y", (column + 24, row + 10)),
+        ((column + 14, row), "y", (column + 28, row + 6)),
     ):
         cv2.arrowedLine(canvas.image, base, tip, INK, 2, cv2.LINE_AA, tipLength=0.18)
         draw_text(canvas.image, text, place, INK, 18)

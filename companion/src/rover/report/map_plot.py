@@ -1,4 +1,4 @@
-"""The map of a run as a picture: what was seen, what was found, where the rover went."""
+"""The map of a run as a plot: what was seen, what was found, where the rover went."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.report.canvas import Canvas, draw_text, hatched
-from rover.report.legend import LEGEND_HEIGHT, draw_legend, draw_title
+from rover.report.canvas import Canvas, draw_text, hatched, text_width
+from rover.report.legend import LEGEND_HEIGHT_PX, draw_legend, draw_title
 from rover.report.palette import (
     FAINT,
     GOAL,
@@ -27,21 +27,19 @@ from rover.report.palette import (
 )
 from rover.report.result import DetectionResult, GoalKind, GoalResult, ObstacleSource, RunResult
 
-MARGINS = (84, 92, 356, 76)
-"""Left, top, right, bottom in pixels at least: axes, title, legend, axes."""
-
-ARROW_SPACING = 170.0
-"""Pixels of travel between the arrow heads on the path."""
-
-FIELD_PIXELS = 1240
-"""Pixels of the area's longer side."""
+# Left, top, right, bottom at least: axes, title, legend, axes.
+MARGINS_PX = (84, 92, 356, 76)
+# Travel between the arrow heads on the path.
+ARROW_SPACING_PX = 170.0
+# The area's longer side.
+FIELD_PX = 1240
 
 
-def draw_map(result: RunResult, field_pixels: int = FIELD_PIXELS) -> NDArray[np.uint8]:
-    """The whole picture, BGR uint8 (h, w, 3)."""
+def draw_map(result: RunResult, field_pixels: int = FIELD_PX) -> NDArray[np.uint8]:
+    """The whole plot, BGR uint8 (h, w, 3)."""
     scale = field_pixels / max(result.area_height, result.area_width)
-    left, top, right, bottom = MARGINS
-    bottom = max(bottom, LEGEND_HEIGHT - round(result.area_height * scale))  # a wide area is lower than the legend
+    left, top, right, bottom = MARGINS_PX
+    bottom = max(bottom, LEGEND_HEIGHT_PX - round(result.area_height * scale))  # a wide area is lower than the legend
     canvas = Canvas(result.area_width, result.area_height, scale, (left, top, right, bottom), PAPER)
     span = temperature_span(result.layers.temperature)
     _ground(canvas, result, span)
@@ -129,7 +127,7 @@ def _path(canvas: Canvas, result: RunResult) -> None:
     points = result.path[:, 1:3]
     canvas.line(points, INK, 8)
     canvas.line(points, PATH, 4)
-    for index in _arrow_indices(points, spacing=ARROW_SPACING / canvas.scale):
+    for index in _arrow_indices(points, spacing=ARROW_SPACING_PX / canvas.scale):
         x, y = points[index]
         dx, dy = points[min(index + 2, len(points) - 1)] - points[max(index - 2, 0)]
         _arrow_head(canvas, float(x), float(y), math.atan2(dy, dx))
@@ -191,26 +189,30 @@ def _detection(canvas: Canvas, detection: DetectionResult) -> None:
 def _frame(canvas: Canvas, result: RunResult) -> None:
     """Border and axes in metres."""
     width, height = result.area_width, result.area_height
-    corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
-    canvas.line(corners, INK, 2, closed=True)
+    first = (canvas.left - 1, canvas.top - 1)
+    cv2.rectangle(canvas.image, first, (canvas.left + canvas.columns, canvas.top + canvas.rows), INK, 2)
     step = _tick_step(max(width, height))
     for index in range(int(width / step + 1e-9) + 1):
         column, row = canvas.pixel(index * step, 0.0)
         cv2.line(canvas.image, (round(column), round(row)), (round(column), round(row) + 8), INK, 2, cv2.LINE_AA)
-        draw_text(canvas.image, f"{index * step:g}", (round(column) - 8, round(row) + 32), FAINT, 18)
+        label = f"{index * step:g}"
+        start = round(column) - text_width(label, 18, bold=False) // 2
+        draw_text(canvas.image, label, (start, round(row) + 32), FAINT, 18)
     for index in range(int(height / step + 1e-9) + 1):
         column, row = canvas.pixel(0.0, index * step)
         cv2.line(canvas.image, (round(column) - 8, round(row)), (round(column), round(row)), INK, 2, cv2.LINE_AA)
-        draw_text(canvas.image, f"{index * step:g}", (round(column) - 44, round(row) + 7), FAINT, 18)
+        label = f"{index * step:g}"
+        start = round(column) - 16 - text_width(label, 18, bold=False)
+        draw_text(canvas.image, label, (start, round(row) + 7), FAINT, 18)
     column, row = canvas.pixel(width, 0.0)
-    draw_text(canvas.image, "x / m", (round(column) - 48, round(row) + 60), FAINT, 18)
+    draw_text(canvas.image, "x in m", (round(column) - 48, round(row) + 60), FAINT, 18)
     column, row = canvas.pixel(0.0, height)
-    draw_text(canvas.image, "y / m", (round(column) - 74, round(row) - 12), FAINT, 18)
+    draw_text(canvas.image, "y in m", (round(column) - 74, round(row) - 12), FAINT, 18)
 
 
 def _tick_step(extent: float) -> float:
     """Distance of the axis marks: 1, 2 or 5 times a power of ten, 4 to 10 of them."""
-    for step in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0):
+    for step in (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0):
         if extent / step <= 10.0:
             return step
     return 50.0

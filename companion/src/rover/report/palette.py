@@ -1,4 +1,4 @@
-"""Colours of the pictures, BGR as OpenCV wants them, and temperatures as false colours."""
+"""Colours of the plots, BGR as OpenCV wants them, and temperatures as false colours."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ OBSTACLE: Colour = (88, 74, 64)
 PATH: Colour = (255, 255, 255)
 LAUNCH: Colour = (196, 112, 22)
 
+# Perceptually uniform and the same to every kind of colour vision; leaves red and green to the marks.
 COLORMAP = cv2.COLORMAP_CIVIDIS
-"""Perceptually uniform and the same to every kind of colour vision; leaves red and green to the marks."""
 
 
 def temperature_span(kelvin: NDArray[np.float32]) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rover.report.map_plot import FIELD_PIXELS, MARGINS, draw_map, png_bytes, thumbnail
+from rover.report.map_plot import FIELD_PX, MARGINS_PX, draw_map, png_bytes, thumbnail
 from rover.report.palette import UNMEASURED, UNSEEN, ZONE
 from rover.report.result import MapLayers, RunResult
 from sample_run import make_result
@@ -19,8 +19,8 @@ def drawn(result: RunResult) -> np.ndarray:
 
 def at(picture: np.ndarray, x: float, y: float) -> tuple[int, ...]:
     """Colour at a place of the 3 m × 4 m field."""
-    scale = FIELD_PIXELS / 4.0
-    return tuple(picture[round(MARGINS[1] + FIELD_PIXELS - y * scale), round(MARGINS[0] + x * scale)].tolist())
+    scale = FIELD_PX / 4.0
+    return tuple(picture[round(MARGINS_PX[1] + FIELD_PX - y * scale), round(MARGINS_PX[0] + x * scale)].tolist())
 
 
 def close(a: tuple[int, ...], b: tuple[int, ...], within: int = 40) -> bool:
@@ -31,6 +31,20 @@ def test_indications_are_marked_where_they_are(drawn: np.ndarray, result: RunRes
     for detection in result.detections:
         assert close(at(drawn, detection.x, detection.y), ZONE), detection.id
         assert close(at(drawn, detection.x - detection.zone_radius, detection.y), ZONE, 60), detection.id
+
+
+def test_nothing_at_the_border_is_drawn_over_axes_or_legend(result: RunResult) -> None:
+    """Zones, plates and the rover itself are cut off where the map ends."""
+    corners = [(0.0, 0.0), (3.0, 0.0), (3.0, 4.0), (0.0, 4.0)]
+    detections = tuple(
+        replace(result.detections[0], id=10 + n, x=x, y=y, zone_radius=0.5) for n, (x, y) in enumerate(corners)
+    )
+    left, top, _, _ = MARGINS_PX
+    rows, columns = FIELD_PX, round(FIELD_PX * 0.75)
+    around = [draw_map(replace(result, detections=found)) for found in (result.detections[:4], detections)]
+    for image in around:
+        image[top : top + rows, left : left + columns] = 0
+    np.testing.assert_array_equal(around[0], around[1])
 
 
 def test_unseen_ground_looks_unlike_seen_ground(drawn: np.ndarray) -> None:

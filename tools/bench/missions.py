@@ -17,10 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-# A report counts for a mine within this distance of its centre; it is false when it lies outside every
-# mine's halo: the half-extent plus this distance.
-MATCH_DISTANCE = 0.10
-CONTRAST_FLOOR = 0.5
+from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
+
 MINE_CLASSES = ("surface", "buried")
 
 
@@ -49,20 +47,23 @@ class Outcome:
 
 
 def judge(summary: dict, truth: dict, wall: float) -> Outcome:
-    """Compares a run's summary with what really lay in the field."""
+    """Compares a run's summary with what really lay in the field.
+
+    An indication is false here when it lies outside every mine's halo: its radius and FOUND_WITHIN beyond.
+    """
     reports = [d for d in summary["detections"] if d["class"] in MINE_CLASSES]
     mines = truth["mines"]
 
     def found(mine: dict) -> bool:
-        return any(math.hypot(d["x"] - mine["x"], d["y"] - mine["y"]) <= MATCH_DISTANCE for d in reports)
+        return any(math.hypot(d["x"] - mine["x"], d["y"] - mine["y"]) <= FOUND_WITHIN for d in reports)
 
     def false(report: dict) -> bool:
         return all(
-            math.hypot(report["x"] - mine["x"], report["y"] - mine["y"]) > mine["radius"] + MATCH_DISTANCE
+            math.hypot(report["x"] - mine["x"], report["y"] - mine["y"]) > mine["radius"] + FOUND_WITHIN
             for mine in mines
         )
 
-    visible = [mine for mine in mines if abs(mine["contrast_k"]) >= CONTRAST_FLOOR]
+    visible = [mine for mine in mines if abs(mine["contrast_k"]) >= FAIR_CONTRAST_K]
     localization = summary["localization"]
     return Outcome(
         seed=summary["seed"],
@@ -131,7 +132,7 @@ def totals(outcomes: list[Outcome]) -> str:
         [
             f"- missions: {len(outcomes)}; " + ", ".join(f"{n} {name}" for name, n in statuses.items())
             + ("" if stated else " (a reason is missing)"),
-            f"- mines with at least {CONTRAST_FLOOR} K of contrast reported within 10 cm: {found} of {visible} "
+            f"- mines with at least {FAIR_CONTRAST_K} K of contrast reported within 10 cm: {found} of {visible} "
             f"({100 * found / max(visible, 1):.1f} %)",
             f"- mines of any contrast: {sum(o.found_of_all for o in outcomes)} of {sum(o.mines for o in outcomes)}",
             f"- false indications per m²: mean {false / sum(o.area for o in outcomes):.3f}, worst "

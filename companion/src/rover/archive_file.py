@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 
+# What reading a damaged archive may raise, and taking its arrays for what they ought to be.
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What reading a damaged archive may raise, and taking its arrays for what they ought to be."""
 
 
 def write_archive(path: Path, what: str, arrays: dict[str, NDArray[Any]]) -> None:

@@ -12,7 +12,7 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Area, Launch
 from rover.mission.freespace import FreeSpace, free_space
 from rover.mission.goals import Goal
-from rover.mission.targets import MAX_VIEWPOINTS, MINIMUM_GAIN, VIEWPOINT_SPACING, Decision, Target, candidates, decide
+from rover.mission.targets import MAX_VIEWPOINTS, MIN_GAIN, VIEWPOINT_SPACING, Decision, Target, candidates, decide
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
 
@@ -62,7 +62,7 @@ def test_unseen_ground_offers_views_that_lie_apart_and_show_enough() -> None:
     unseen = unseen_right()
     views = options(ground(unseen=unseen), [], unseen)
     assert 1 <= len(views) <= MAX_VIEWPOINTS
-    assert all(view.goal is None and view.gain_m2 >= MINIMUM_GAIN for view in views)
+    assert all(view.goal is None and view.gain_m2 >= MIN_GAIN for view in views)
     gaps = [a.pose.distance(b.pose) for n, a in enumerate(views) for b in views[n + 1 :]]
     assert all(gap >= VIEWPOINT_SPACING for gap in gaps)
 

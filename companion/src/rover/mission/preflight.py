@@ -35,19 +35,19 @@ TAKEN_BACK = (
     FaultCode.SCHEMA_MISMATCH,
 )
 
-FIRST_PICTURES = 4
+MIN_PICTURES = 4
+# Seconds for the first pictures; a Lepton takes up to three after power-on.
 CAMERA_PATIENCE = 6.0
-"""Seconds for the first pictures; a Lepton takes up to three after power-on."""
 
-SLOWEST_RATE = 4.0
-"""Pictures a second below which the rover sees too little of what it drives past."""
+# Pictures a second below which the rover sees too little of what it drives past.
+MIN_PICTURE_RATE = 4.0
 
-OLDEST = 0.5
-"""Seconds from exposure to here beyond which a picture is not of now."""
+# Seconds from exposure to here beyond which a picture is not of now.
+MAX_PICTURE_AGE = 0.5
 
-PICTURES_A_SECOND = 9
-LINK_BYTES_A_SECOND = 100_000
-"""Of a log, telemetry and estimates: about twice what missions write."""
+PICTURE_RATE = 9
+# Of a log, telemetry and estimates: about twice what missions write.
+LINK_BYTES_PER_SECOND = 100_000
 
 
 class Parts(Protocol):
@@ -133,7 +133,7 @@ def look_at_camera(parts: Parts, camera: CameraModel) -> Iterator[Finding]:
     arrived: list[float] = []
     begin = parts.clock.now()
     try:
-        while len(taken) < FIRST_PICTURES and parts.clock.now() - begin < CAMERA_PATIENCE:
+        while len(taken) < MIN_PICTURES and parts.clock.now() - begin < CAMERA_PATIENCE:
             taken += parts.camera.take()
             arrived += [parts.clock.now()] * (len(taken) - len(arrived))
             parts.clock.advance(parts.clock.now() + 0.01)
@@ -146,7 +146,7 @@ def look_at_camera(parts: Parts, camera: CameraModel) -> Iterator[Finding]:
 
 def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -> Finding:
     """`ages`: seconds from the exposure of each picture to its arrival."""
-    if len(taken) < FIRST_PICTURES:
+    if len(taken) < MIN_PICTURES:
         return Finding("camera", False, f"{len(taken)} pictures within {CAMERA_PATIENCE:g} s")
     width, height = taken[-1].size
     if (width, height) != (camera.width, camera.height):
@@ -158,9 +158,9 @@ def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -
         )
     span = taken[-1].time - taken[0].time
     rate = (len(taken) - 1) / span if span > 0.0 else 0.0
-    if rate < SLOWEST_RATE:
-        return Finding("camera", False, f"{rate:.1f} pictures a second, {SLOWEST_RATE:g} are needed")
-    if not 0.0 <= min(ages) <= OLDEST:
+    if rate < MIN_PICTURE_RATE:
+        return Finding("camera", False, f"{rate:.1f} pictures a second, {MIN_PICTURE_RATE:g} are needed")
+    if not 0.0 <= min(ages) <= MAX_PICTURE_AGE:
         return Finding("camera", False, f"its pictures are {min(ages):.2f} s old: its clock is not the system's")
     return Finding(
         "camera", True, f"{camera.name}, {width}×{height}, {rate:.1f} pictures a second, {min(ages) * 1e3:.0f} ms old"
@@ -169,5 +169,5 @@ def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -
 
 def judge_disk(free: int, duration: float, camera: CameraModel) -> Finding:
     """Room for the log of the longest mission that the file allows; `free` in bytes, `duration` in seconds."""
-    needed = duration * (2 * camera.width * camera.height * PICTURES_A_SECOND + LINK_BYTES_A_SECOND)
+    needed = duration * (2 * camera.width * camera.height * PICTURE_RATE + LINK_BYTES_PER_SECOND)
     return Finding("disk", free >= needed, f"{free / 1e6:.0f} MB free, the log may need {needed / 1e6:.0f} MB")

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 from rover.capture.frame import Frame
 
+# Seconds without a picture that shows ground after which the rover brakes; a shutter is closed for 1 to 2 s.
 BLIND_AFTER = 3.0
-"""Seconds without a picture that shows ground after which the rover brakes; a shutter is closed for 1 to 2 s."""
 
+# Seconds without any picture after which the mission ends: a camera that was unplugged may come back before.
 LOST_AFTER = 10.0
-"""Seconds without any picture after which the mission ends: a camera that was unplugged may come back before."""
 
+# Seconds of pictures that show nothing, repeated or taken behind the shutter, after which the mission ends.
 SHUT_AFTER = 30.0
-"""Seconds of pictures that show nothing, repeated or taken behind the shutter, after which the mission ends."""
 
 
 class Sight:

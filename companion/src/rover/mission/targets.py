@@ -23,7 +23,7 @@ MAX_VIEWPOINTS = 4
 # Viewpoints nearer to each other than this show much the same ground.
 VIEWPOINT_SPACING = 0.5
 # Less unseen ground than this, in m², is not worth a drive.
-MINIMUM_GAIN = 0.03
+MIN_GAIN = 0.03
 # Tree extensions and shortcuts of one plan: a fixed number, not a time, so that a mission can be repeated.
 PLAN_ITERATIONS = 3000
 # Localization may put the rover this far into its own margin; it may drive out again.
@@ -104,7 +104,7 @@ def _spread(views: Sequence[Viewpoint]) -> list[Viewpoint]:
     """The best views that lie apart, best first."""
     chosen: list[Viewpoint] = []
     for view in views:
-        if view.gain_m2 < MINIMUM_GAIN or len(chosen) == MAX_VIEWPOINTS:
+        if view.gain_m2 < MIN_GAIN or len(chosen) == MAX_VIEWPOINTS:
             continue
         if all(view.pose.distance(other.pose) >= VIEWPOINT_SPACING for other in chosen):
             chosen.append(view)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 
-PLACED = 1.0
-"""A pose with a larger 1σ than this, metres, is none: the rover has not found out yet where it is."""
+# A pose with a larger 1σ than this, metres, is none: the rover has not found out yet where it is.
+MAX_SIGMA = 1.0
 
 
 class Track:
@@ -26,7 +26,7 @@ class Track:
     def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float) -> None:
         """One cycle."""
         self._first, self._last = now if self._first is None else self._first, now
-        if sigma > PLACED:
+        if sigma > MAX_SIGMA:
             return
         self._fused.append((now, fused.x, fused.y, fused.heading))
         self._wheels.append((now, wheels.x, wheels.y, wheels.heading))

@@ -19,13 +19,13 @@ from mcap_protobuf.schema import register_schema
 from rover.record.journal import Journal, json_schema, to_json
 
 LIBRARY = "rover"
+# Two thermal pictures of 160×120 with the telemetry between them.
 CHUNK_SIZE = 96 * 1024
-"""Two thermal pictures of 160×120 with the telemetry between them."""
 
 FLUSH_PERIOD = 2.0
 NO_SCHEMA = 0
+# Encoding of messages whose layout is said in rover.record.rig_step and rover.record.device_cycle.
 BYTES = "rover-bytes"
-"""Encoding of messages whose layout is said in rover.record.rig_step and rover.record.device_cycle."""
 
 
 class Recording(Journal):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 CAMERA_THERMAL = "/camera/thermal"
+# Number, exposure and shutter of the picture that follows it.
 CAMERA_FRAME = "/camera/frame"
-"""Number, exposure and shutter of the picture that follows it."""
 RIG_STEP = "/rig/step"
+# What came over the wire of a real rover; layout: see rover.record.device_cycle.
 RIG_CYCLE = "/rig/cycle"
-"""What came over the wire of a real rover; layout: see rover.record.device_cycle."""
+# Why no more pictures came from a real camera.
 CAMERA_LOST = "/camera/lost"
-"""Why no more pictures came from a real camera."""
 RIG_LOST = "/rig/lost"
 OPERATOR = "/operator"
 LINK_RECEIVED = "/link/rx"
@@ -19,12 +19,13 @@ PLACES = "/detection/places"
 FIX = "/localization/fix"
 POSE = "/pose"
 
+# Zones as they were, version by version, and what was reported: all that a referee needs besides the truth.
 VERDICT_ASKED = "/referee/asked"
-"""Zones as they were, version by version, and what was reported: all that a referee needs besides the truth."""
 
 IMPORTED_WHEELS = "/import/wheels"
 IMPORTED_SONAR = "/import/sonar"
 
+# Inputs that a replay takes from the log, and what lies behind its end: not compared.
 FED = frozenset(
     (
         *(CAMERA_THERMAL, CAMERA_FRAME, CAMERA_LOST),
@@ -32,4 +33,3 @@ FED = frozenset(
         *(IMPORTED_WHEELS, IMPORTED_SONAR),
     )
 )
-"""Inputs that a replay takes from the log, and what lies behind its end: not compared."""

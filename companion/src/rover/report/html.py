@@ -9,6 +9,7 @@ from rover.report.result import RunResult
 from rover.report.style import STYLE
 
 ALARM = "status alarm"
+# How a status reads, and how loud it is. Done is no green: a finished survey says nothing good about the ground.
 STATUS_WORDS = {
     RunStatus.DONE: ("Done", "status"),
     RunStatus.PARTIAL: ("Partly done", "status warn"),
@@ -17,7 +18,6 @@ STATUS_WORDS = {
     RunStatus.SAFETY_STOP: ("Safety stop", ALARM),
     RunStatus.LINK_LOST: ("Link lost", ALARM),
 }
-"""How a status reads, and how loud it is. Done is no green: a finished survey says nothing good about the ground."""
 
 
 def report_html(result: RunResult, map_png: bytes) -> str:

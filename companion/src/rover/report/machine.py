@@ -8,6 +8,7 @@ from rover.report.markup import NOTHING, Html, details, pairs, paragraph, sectio
 from rover.report.result import RunResult
 from rover.report.sections import centimetres
 
+# The link's figures that an operator asks for, in order; the others are folded away.
 LINK_NAMES = (
     ("quality", "Frames that arrived", "percent"),
     ("lost", "Frames lost on the way to the companion", "count"),
@@ -21,7 +22,6 @@ LINK_NAMES = (
     ("round_trip_p99", "Round trip, 99 of 100 below", "milliseconds"),
     ("clock_error_bound", "Clock error, at most", "milliseconds"),
 )
-"""The link's figures that an operator asks for, in order; the others are folded away."""
 
 
 def localisation(result: RunResult) -> Html:

@@ -7,8 +7,8 @@ import html
 from collections.abc import Iterable, Sequence
 from typing import NewType
 
+# Finished markup.
 Html = NewType("Html", str)
-"""Finished markup."""
 
 NOTHING = Html("")
 

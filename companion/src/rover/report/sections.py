@@ -11,8 +11,8 @@ from rover.report.result import DetectionResult, GoalKind, GoalResult, RunResult
 CLASS_WORDS = {"surface": "mine-like, on the surface", "buried": "mine-like, buried"}
 GOAL_SETTERS = {GoalKind.OPERATOR: "operator", GoalKind.INSPECTION: "rover, to inspect an indication"}
 NO_REASON = "no reason recorded"
-SMALLEST_AREA = 0.005
-"""m²; differences of areas below this are rounding."""
+# m²; differences of areas below this are rounding.
+MIN_AREA = 0.005
 
 
 def site(result: RunResult) -> Html:
@@ -91,7 +91,7 @@ def not_surveyed(result: RunResult) -> Html:
     missing = max(0.0, area - result.surveyed_area)
     parts = [(part.area, part.reason) for part in result.unsurveyed]
     unexplained = missing - sum(size for size, _ in parts)
-    if unexplained > SMALLEST_AREA:
+    if unexplained > MIN_AREA:
         parts.append((unexplained, NO_REASON))
     rows = [(text(reason), text(f"{size:.2f} m²"), text(share(size, area))) for size, reason in parts]
     total = (tag("b", text("Together")), tag("b", text(f"{missing:.2f} m²")), tag("b", text(share(missing, area))))

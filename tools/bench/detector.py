@@ -31,14 +31,13 @@ from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import build_plant
+from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
 
-from tools.bench.missions import MATCH_DISTANCE
 from tools.train.ground.fields import Field, draw_pattern, expose
 
 # Classes of contrast at the surface, kelvin.
 CLASSES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.8), (0.8, 1.2), (1.2, math.inf))
 THRESHOLDS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-CONTRAST_FLOOR = 0.5
 HOURS = (13, 10, 15, 12, 14, 11, 16, 21, 3)
 SOILS = ("loam", "clay", "dry-sand", "moist-clay")
 LANE, STEP, TURN = 0.55, 0.06, 0.2
@@ -125,14 +124,14 @@ def suspects(driven: Driven) -> list[Place]:
 
 
 def is_found(mine: object, places: list[Place]) -> bool:
-    """True when one of the places lies within MATCH_DISTANCE of the mine."""
-    return any(math.hypot(p.x - mine.x, p.y - mine.y) <= MATCH_DISTANCE for p in places)
+    """True when one of the places lies within FOUND_WITHIN of the mine."""
+    return any(math.hypot(p.x - mine.x, p.y - mine.y) <= FOUND_WITHIN for p in places)
 
 
 def false_of(driven: Driven, places: list[Place]) -> int:
-    """Places that lie outside every mine's halo: its half-extent and MATCH_DISTANCE more."""
+    """Places that lie outside every mine's halo: its half-extent and FOUND_WITHIN more."""
     mines = driven.ground.mines
-    return sum(all(math.hypot(p.x - m.x, p.y - m.y) > m.radius + MATCH_DISTANCE for m in mines) for p in places)
+    return sum(all(math.hypot(p.x - m.x, p.y - m.y) > m.radius + FOUND_WITHIN for m in mines) for p in places)
 
 
 def as_markdown(runs: list[Driven]) -> str:
@@ -140,8 +139,8 @@ def as_markdown(runs: list[Driven]) -> str:
     chosen = EvidenceSettings().report_threshold
     area = sum(r.ground.area[0] * r.ground.area[1] for r in runs)
     pairs = [(r, m) for r in runs for m in r.ground.mines]
-    visible = [(r, m) for r, m in pairs if abs(m.contrast_k) >= CONTRAST_FLOOR]
-    lines = [f"| report threshold | mines >= {CONTRAST_FLOOR} K found | false | false per m² |", "|---|---|---|---|"]
+    visible = [(r, m) for r, m in pairs if abs(m.contrast_k) >= FAIR_CONTRAST_K]
+    lines = [f"| report threshold | mines >= {FAIR_CONTRAST_K} K found | false | false per m² |", "|---|---|---|---|"]
     for threshold in THRESHOLDS:
         at = {id(r): reports(r, threshold) for r in runs}
         found = sum(is_found(m, at[id(r)]) for r, m in visible)

@@ -11,8 +11,9 @@ from rover.detection.classifier import MINES
 from rover.detection.fusion import EvidenceSettings
 from rover.detection.place import Place
 from rover_hil.ground import Mine
+from rover_hil.referee import FAIR_CONTRAST_K
 
-from tools.bench.detector import CONTRAST_FLOOR, Driven, drive_all, reports
+from tools.bench.detector import Driven, drive_all, reports
 from tools.evaluate.figures import binomial, poisson, table
 from tools.train.measure import f1_intervals, f1_scores
 
@@ -35,7 +36,7 @@ def curve(runs: list[Driven]) -> str:
     rows = []
     for threshold in THRESHOLDS:
         every = [hit for r in runs for hit in _hits(r, threshold, 0.0)]
-        visible = [hit for r in runs for hit in _hits(r, threshold, CONTRAST_FLOOR)]
+        visible = [hit for r in runs for hit in _hits(r, threshold, FAIR_CONTRAST_K)]
         false = sum(_false(r, threshold) for r in runs)
         rows.append(
             [
@@ -45,7 +46,7 @@ def curve(runs: list[Driven]) -> str:
                 poisson(false, area),
             ]
         )
-    return table(["threshold", f"Pd, mines ≥ {CONTRAST_FLOOR:g} K", "Pd, all mines", "false alarms per m²"], rows)
+    return table(["threshold", f"Pd, mines ≥ {FAIR_CONTRAST_K:g} K", "Pd, all mines", "false alarms per m²"], rows)
 
 
 def places(runs: list[Driven]) -> str:
@@ -64,7 +65,7 @@ def _confusion(run: Driven) -> NDArray[np.int64]:
     counts = np.zeros((NOTHING + 1,) * 2, np.int64)
     told = reports(run, CHOSEN)
     for mine in run.ground.mines:
-        if abs(mine.contrast_k) >= CONTRAST_FLOOR:
+        if abs(mine.contrast_k) >= FAIR_CONTRAST_K:
             own = [place for place in told if _is_at(place, mine)]
             best = max(own, key=lambda place: place.mine_probability, default=None)
             counts[MINES.index(mine.kind), NOTHING if best is None else MINES.index(best.kind)] += 1

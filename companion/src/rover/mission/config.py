@@ -155,8 +155,12 @@ def _site(table: Table) -> Site:
         origin = Georeference(latitude, longitude, table.number("bearing_deg", -360.0, 360.0, 0.0))
     elif table.has("bearing_deg"):
         raise table.error("bearing_deg", "has no meaning without origin = [latitude, longitude]")
-    names = (table.text(key, "") for key in ("name", "organisation", "operator"))
-    return Site(*names, origin)
+    return Site(
+        name=table.text("name", ""),
+        organisation=table.text("organisation", ""),
+        operator=table.text("operator", ""),
+        origin=origin,
+    )
 
 
 def _area(table: Table) -> Area:

@@ -39,6 +39,7 @@ def read(folder: Path, text: str) -> Vehicle:
 
 def test_an_empty_file_is_the_standard_rover(tmp_path: Path) -> None:
     assert read(tmp_path, "") == STANDARD
+    assert read(tmp_path, "[travel]\nspeed_m_s = 0.2\n").rolls_like_standard
 
 
 def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
@@ -48,6 +49,7 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
     assert (wide.heading.speed, wide.heading.jerk) == (0.9, STANDARD.heading.jerk)
     assert wide.sonars == STANDARD.sonars
     assert wide.wheel_reach == 0.16
+    assert not wide.rolls_like_standard
 
 
 def test_sonars_are_given_all_or_none(tmp_path: Path) -> None:

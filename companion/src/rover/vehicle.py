@@ -71,6 +71,12 @@ class Vehicle:
         """The furthest that a tyre reaches from the rover's centre; whole micrometres."""
         return round(0.5 * self.track_width + TYRE_REACH_M, 6)
 
+    @property
+    def rolls_like_standard(self) -> bool:
+        """True when wheels and sonars are those of the standard rover, which is what the simulated rigs are."""
+        own = (self.track_width, self.wheel_radius, self.counts_per_revolution, self.sonars)
+        return own == (STANDARD.track_width, STANDARD.wheel_radius, STANDARD.counts_per_revolution, STANDARD.sonars)
+
 
 STANDARD = Vehicle()
 

@@ -43,6 +43,14 @@ def test_a_plan_visits_its_goals(rover, field, algorithm):
     assert plan["length_m"] == pytest.approx(sum(map(np.linalg.norm, np.diff(plan["path"], axis=0))))
 
 
+def test_the_order_counts_alike_for_people_and_scripts(rover, field):
+    backwards = ("--goal", "1.2,3.5", "--goal", "2,2.5", "--any-order")
+    said = rover("plan", "--map", field, "--start", "2,0.5", *backwards).out
+    order = json.loads(rover("plan", "--map", field, "--start", "2,0.5", *backwards, "--json").out)["order"]
+    assert order == [1, 0]
+    assert "goals in the order 1, 0 (from 0)" in said
+
+
 def test_a_goal_in_an_obstacle_is_no_path(rover, field):
     result = rover("plan", "--map", field, "--start", "2,0.5", "--goal", "2,1.5", "--algorithm", "rrt", "--json")
     assert (result.code, json.loads(result.out)["status"]) == (4, "no_path")

@@ -98,7 +98,7 @@ def point(option: str, given: str) -> tuple[float, float]:
 
 
 def document(result: PlanResult) -> dict[str, Any]:
-    """The plan as JSON; `order` counts the goals from 0 as given."""
+    """The plan as JSON; `order` counts the goals as given, from 0."""
     return {
         "status": result.status,
         "reason": result.reason,
@@ -115,10 +115,10 @@ def document(result: PlanResult) -> dict[str, Any]:
 
 
 def text(result: PlanResult) -> str:
-    """The plan for a person: figures, then a waypoint a line."""
-    order = ", ".join(str(index + 1) for index in result.order)
+    """The plan for a person: figures, the order as in the JSON, then a waypoint a line."""
+    order = ", ".join(map(str, result.order))
     head = (
-        f"{result.algorithm}: {result.length:.3f} m, {len(result.path)} points, goals in the order {order}, "
+        f"{result.algorithm}: {result.length:.3f} m, {len(result.path)} points, goals in the order {order} (from 0), "
         f"{result.iterations} iterations, {result.nodes} nodes, {result.time_ms:.1f} ms"
     )
     return "\n".join([head, *(f"  {x:.3f}, {y:.3f}" for x, y in result.path.tolist())])

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rover.vehicle import STANDARD
 
 from rover_hil.ground import Mine
 
 Array = NDArray[np.float64]
 
-WHEEL_OFFSET = 0.10
-"""Wheels stand this far left and right of base_link, metres."""
+# Wheels stand this far left and right of base_link.
+WHEEL_OFFSET = 0.5 * STANDARD.track_width
 
 PATCH = (0.06, 0.025)
 """Contact patch of a wheel: length along the rover and width across, metres; the plant uses the same."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from rover.errors import BadInput
 from rover.toml_table import Table
+from rover.vehicle import STANDARD
 from rover_protocol import messages
 
 from rover_hil.scenario import catalogue
@@ -271,8 +272,9 @@ def _field(table: Table) -> Field:
         (x, y, heading),
         tuple((x, y, radius) for x, y, radius in circles),
     )
-    if not (0.15 <= x <= ground.width - 0.15 and 0.15 <= y <= ground.height - 0.15):
-        raise table.error("launch", f"lies nearer than the rover's radius of 0.15 m to the bounds: {x:g}, {y:g}")
+    radius = STANDARD.radius
+    if not (radius <= x <= ground.width - radius and radius <= y <= ground.height - radius):
+        raise table.error("launch", f"lies nearer than the rover's radius of {radius:g} m to the bounds: {x:g}, {y:g}")
     return ground
 
 

@@ -10,6 +10,7 @@ import typer
 
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput, NoPath
+from rover.vehicle import STANDARD
 
 if TYPE_CHECKING:
     from rover.planning.result import PlanResult
@@ -36,7 +37,7 @@ def command(
     algorithm: Annotated[
         str, typer.Option(metavar="NAME", help="rrt, rrt-star, goal-seeking or multi-goal.")
     ] = "multi-goal",
-    robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = 0.15,
+    robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = STANDARD.radius,
     seed: Annotated[int, typer.Option(min=0, help="Fixes every random choice.")] = 0,
     budget_ms: Annotated[
         float | None, typer.Option(metavar="B", help="Go on improving the path for this long, milliseconds.")

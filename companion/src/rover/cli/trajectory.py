@@ -12,6 +12,7 @@ import typer
 
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
+from rover.vehicle import STANDARD
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,7 +50,7 @@ def command(
         float | None, typer.Option(metavar="M", help="Most that a corner may be cut by, metres; 0.05 without a map.")
     ] = None,
     map_file: Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Map: .toml, .yaml or .map.")] = None,
-    robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot on the map, metres.")] = 0.15,
+    robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = STANDARD.radius,
     resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
     heading: Annotated[
         float | None, typer.Option(metavar="RAD", help="Where the rover faces at first; along the path otherwise.")
@@ -67,9 +68,8 @@ def command(
     from rover.motion.profile import MotionError
     from rover.motion.trajectory.checked import plan_checked
     from rover.planning.fields import load_field
-    from rover.vehicle import Vehicle
 
-    most = Vehicle().travel.speed
+    most = STANDARD.travel.speed
     _within("--cruise", cruise, 0.01, most, f"m/s; the vehicle's limit is {most:g}")
     _within("--lateral", lateral, 0.001, 10.0, "m/s²")
     _within("--tolerance", tolerance, 0.0, 10.0, "metres")
@@ -81,7 +81,7 @@ def command(
     clearance = ClearanceMap.of(load_field(map_file, resolution), robot_radius) if map_file else None
     if tolerance is None:
         tolerance = TOLERANCE_M if clearance is None else MAX_CUT_WITH_MAP_M
-    limits = DrivingLimits.of(Vehicle(), cruise, lateral)
+    limits = DrivingLimits.of(STANDARD, cruise, lateral)
     checked = plan_checked(points, limits, BlendSettings(max_cut=tolerance), clearance, heading)
     if checked.trajectory.failure:
         raise MotionError(checked.trajectory.failure)

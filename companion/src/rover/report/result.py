@@ -13,6 +13,7 @@ from rover.geometry import Pose2
 from rover.outcome import RunStatus
 from rover.report.site import UNKNOWN, Site
 from rover.str_enum import StrEnum
+from rover.vehicle import STANDARD
 
 
 class GoalKind(StrEnum):
@@ -216,7 +217,7 @@ class RunResult:
     link: dict[str, float] = field(default_factory=dict)
     timeline: tuple[TimelineEntry, ...] = ()
     final_pose: Pose2 | None = None
-    robot_radius: float = 0.15
+    robot_radius: float = STANDARD.radius
     wall_clock: WallClock | None = None
     real_time: RealTime | None = None
     out: str = ""

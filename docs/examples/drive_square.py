@@ -15,9 +15,9 @@ from rover.link.clock import WallClock
 from rover.link.port import open_frames
 from rover.link.session import STEP, Link
 from rover.link.telemetry import Odometry
-from rover.motion.trajectory.checked import plan_checked
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.segment import Segment
+from rover.motion.trajectory.checked import plan_checked
 from rover.planning import CircleField, plan
 from rover.vehicle import Vehicle
 

@@ -78,7 +78,7 @@ test-python: setup-dev
 	$(BIN)/python -m pytest
 
 test-quick: setup-dev
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest -m 'not slow and not rig'
 
 lint: setup-dev
 	$(BIN)/ruff check .

@@ -3,6 +3,7 @@
 # make test        every test there is; make test-quick those for daily work; make lint, make bench beside them
 # make firmware    ELF and UF2 for both boards, and what the emulated board needs
 # make results     the figures in docs/results anew; make results-check compares the cheap ones
+# make docs        the API reference from the docstrings, in build/docs; needs no network
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
 # make evaluate    every table about the detector (DATA=<dir> for those of real pictures)
 # make lock        requirements/*.lock anew, at the newest versions that fit together
@@ -35,7 +36,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train evaluate \
-	results results-check lock prerequisites clean
+	docs results results-check lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -105,6 +106,9 @@ results: setup-dev firmware
 
 results-check: setup-dev
 	$(BIN)/python -m tools.results --check
+
+docs: setup-dev
+	$(BIN)/python -m pdoc --output-directory build/docs rover rover_hil rover_protocol
 
 train: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train ground --seed $(SEED)

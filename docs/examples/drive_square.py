@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from rover.link.clock import WallClock
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import STEP, Link
 from rover.link.telemetry import Odometry
 from rover.motion.path.limits import DrivingLimits

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 
 from rover.link.clock import WallClock
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import STEP, Link
 from rover.link.telemetry import Battery, SonarRange
 

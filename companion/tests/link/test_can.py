@@ -13,7 +13,8 @@ import can
 import pytest
 from rover.errors import BadInput, PreflightFailed
 from rover.link.clock import WallClock
-from rover.link.port import CanPort, open_frames, parse_port
+from rover.link.opening import open_frames
+from rover.link.port import CanPort, parse_port
 from rover.link.session import Link
 from rover_protocol import framing, messages
 

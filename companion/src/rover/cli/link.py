@@ -117,7 +117,7 @@ def _on_port(port: str, baud: int, disturbance: Disturbance, seconds: float, see
     """On a real board in real time."""
     from rover.link.bench import Bench
     from rover.link.clock import WallClock
-    from rover.link.port import open_frames
+    from rover.link.opening import open_frames
 
     clock = WallClock()
     bench = Bench(open_frames(port, baud, clock), clock, disturbance, seed)

@@ -8,7 +8,7 @@ from rover.link.baud import DEFAULT_BAUD
 from rover.link.clock import WallClock
 from rover.link.handshake import Identity
 from rover.link.inquiry import listen
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import Link
 from rover.link.statistics import LinkFigures
 from rover.link.telemetry import Battery, FirmwareState

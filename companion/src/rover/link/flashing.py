@@ -16,7 +16,7 @@ from rover.errors import BadInput, LinkLost, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
 from rover.link.boot_drive import MOUNT_PATTERNS, BootDrive, find_drives, read_drive, unmounted
 from rover.link.clock import WallClock
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.session import STEP, Link
 
 USB_IDENTITY = (0x2E8A, 0x000A)

@@ -5,10 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rover.errors import BadInput
-from rover.link.baud import DEFAULT_BAUD
-from rover.link.clock import WallClock
-from rover.link.frames import FrameTransport, SerialFrames
-from rover.link.transport import SerialTransport
 
 CAN_BITRATE = 500_000
 
@@ -43,13 +39,3 @@ def parse_port(port: str) -> CanPort | str:
     if not interface or not channel:
         raise BadInput(f"--port {port}: a CAN port is written can:INTERFACE:CHANNEL, as in can:socketcan:can0")
     return CanPort(interface, channel)
-
-
-def open_frames(port: str, baud: int = DEFAULT_BAUD, clock: WallClock | None = None) -> FrameTransport:
-    """The port of a real board, opened. Raises BadInput for a malformed name, PreflightFailed when it does not open."""
-    parsed = parse_port(port)
-    if isinstance(parsed, CanPort):
-        from rover.link.can_bus import CanTransport  # python-can takes a quarter of a second to import
-
-        return CanTransport(parsed, clock)
-    return SerialFrames(SerialTransport(parsed, baud, clock))

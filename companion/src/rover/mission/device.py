@@ -13,7 +13,7 @@ from rover.capture.source import open_camera
 from rover.errors import BadInput
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport, SerialFrames
-from rover.link.port import open_frames
+from rover.link.opening import open_frames
 from rover.link.self_test import Finding
 from rover.mission.config import Mission
 from rover.mission.preflight import preflight

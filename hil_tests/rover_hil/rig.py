@@ -45,11 +45,13 @@ class Advance:
     """Bytes of the wire: handed to the firmware at the step's beginning, and sent by it in the step; as above."""
 
 
-class Rig(Protocol):
-    """One rig with one firmware and one serial port."""
+class SteppedRig(Protocol):
+    """What a companion's session asks of a rig."""
 
-    name: str
-    port: str
+    @property
+    def name(self) -> str:
+        """As in --rig."""
+        ...
 
     @property
     def now_us(self) -> int:
@@ -73,12 +75,21 @@ class Rig(Protocol):
         """Runs until `to_us`; `host_bytes` is the companion's total up to the present. Raises RigFailed."""
         ...
 
-    def advance_free(self, to_us: int) -> tuple[RigFrame, ...]:
-        """Runs until `to_us` with whatever comes over the port; returns the pictures of that time. Raises RigFailed."""
-        ...
-
     def set_emergency_stop(self, active: bool) -> None:
         """Presses or releases the emergency-stop input."""
+        ...
+
+
+class Rig(SteppedRig, Protocol):
+    """One rig with one firmware and one serial port."""
+
+    @property
+    def port(self) -> str:
+        """Name of the serial port."""
+        ...
+
+    def advance_free(self, to_us: int) -> tuple[RigFrame, ...]:
+        """Runs until `to_us` with whatever comes over the port; returns the pictures of that time. Raises RigFailed."""
         ...
 
     def truth(self) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rover_hil import wire_format
-from rover_hil.rig import Rig, RigFailed, RigFrame
+from rover_hil.rig import RigFailed, RigFrame, SteppedRig
 
 Finish = Callable[[list[dict[str, Any]], list[dict[str, Any]]], dict[str, Any]]
 """Takes zones and detections, writes the truth files, returns the verdict."""
@@ -16,7 +16,7 @@ Finish = Callable[[list[dict[str, Any]], list[dict[str, Any]]], dict[str, Any]]
 class Session:
     """One companion on one rig."""
 
-    def __init__(self, rig: Rig, finish: Finish) -> None:
+    def __init__(self, rig: SteppedRig, finish: Finish) -> None:
         self._rig = rig
         self._finish = finish
         self.finished = False

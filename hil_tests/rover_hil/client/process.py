@@ -85,7 +85,7 @@ class RigProcess:
         assert self._process.stdout is not None
         line = _read_line(self._process.stdout.fileno(), START_TIMEOUT_S)
         try:
-            announcement = json.loads(line)
+            announcement: dict[str, Any] = json.loads(line)
             if not {"port", "control"} <= announcement.keys():
                 raise ValueError("port or control is missing")
         except (ValueError, AttributeError) as error:

@@ -13,6 +13,8 @@ from rover.link.baud import DEFAULT_BAUD
 from rover.link.transport import open_port
 from rover_protocol import framing, messages
 
+from rover_hil.named_values import named_values
+
 POLL = 0.002
 
 
@@ -48,9 +50,7 @@ class DeviceTalk:
                 message, values = messages.decode(identifier, payload)
             except ValueError:
                 continue
-            tables = messages.VALUES.get(message.name, {})
-            named = {key: tables.get(key, {}).get(value, value) for key, value in values.items()}
-            self._received.setdefault(message.name, []).append(named)
+            self._received.setdefault(message.name, []).append(named_values(message, values))
 
     def wait(self, seconds: float) -> None:
         """Lives on for a while."""

@@ -20,6 +20,7 @@ from rover_protocol.rig_tick import NO_SENSOR, TickRequest
 
 from rover_hil.device.bench import TEST_KEY, TEST_MODE_FLAG
 from rover_hil.device.talk import DeviceTalk
+from rover_hil.named_values import named_values
 from rover_hil.replay.firmware import Compared
 
 SLICE = 5
@@ -29,6 +30,9 @@ FORWARDED = ("KeepAlive", "Stop", "EmergencyStop", "Disarm", "SegmentTravel", "S
 SENSORS_EVERY = 10
 FIRST_STATES = ("Boot", "Disarmed", "Latched")
 """A log begins at power-on; a board may be in any of these before it is armed."""
+
+FULL_MV = 7400
+"""Battery of a board before the log's first tick."""
 
 DISTANCE_TOLERANCE = 2
 """Of ReferenceDistance, in its units: the last report may be one rounding away."""
@@ -75,7 +79,7 @@ class DeviceReplay:
         talk.send("TestMode", enable=1, key=TEST_KEY)
         state = talk.until("State", lambda m: bool(m["flags"] & TEST_MODE_FLAG), 1.0)
         self._next_token = state["arm_token"]
-        self._sense(7400, 0, NO_SENSOR, 0)
+        talk.send("InjectSensors", battery=FULL_MV, emergency_stop=0, sonar=NO_SENSOR, echo=0)
         self._index_offset = talk.until("MotionStatus", lambda m: True, 1.0)["next_index"]
         talk.send("ClockRequest", sequence=1)
         self._clock_offset = talk.until("ClockReply", lambda m: m["sequence"] == 1, 1.0)["receive_time"]
@@ -125,9 +129,8 @@ class DeviceReplay:
         """What the recorded firmware has said."""
         for identifier, _, payload in self._rover.feed(step.from_firmware):
             message, fields = messages.decode(identifier, payload)
-            tables = messages.VALUES.get(message.name, {})
-            named = {key: tables.get(key, {}).get(value, value) for key, value in fields.items()}
-            self._recorded.setdefault(message.name, []).append({**named, "at": step.now_us * 1e-6})
+            told = {**named_values(message, fields), "at": step.now_us * 1e-6}
+            self._recorded.setdefault(message.name, []).append(told)
 
     def _compare(self) -> Compared:
         recorded, replayed = _course(self._recorded.get("State", [])), _course(self._talk.all("State"))

@@ -46,16 +46,17 @@ class Pace:
             self._origin = (now, at)
         due = self._origin[0] + (at - self._origin[1]) / self._rate
         while (left := due - time.monotonic()) > 0.0:
-            self._look_at_keys(min(left, POLL))
-            if self.paused:
+            if self._look_at_keys(min(left, POLL)):
                 return self.wait(at)
         return None
 
-    def _look_at_keys(self, seconds: float) -> None:
+    def _look_at_keys(self, seconds: float) -> bool:
+        """Waits for so long, or for a key; whether it is paused then."""
         if not sys.stdin.isatty():
             time.sleep(seconds)
         elif select.select([sys.stdin], [], [], seconds)[0] and os.read(sys.stdin.fileno(), 1) == SPACE:
             self.toggle()
+        return self.paused
 
     @contextlib.contextmanager
     def controlled(self) -> Iterator[None]:

@@ -157,7 +157,7 @@ class RecordedWorld:
         try:
             connection, _ = self._listener.accept()
             with connection:
-                Session(self._recorded, lambda zones, detections: {}).serve(connection)  # type: ignore[arg-type]
+                Session(self._recorded, lambda zones, detections: {}).serve(connection)
         except RigFailed:
             return  # the end of the recording, which the companion has been told
         except BaseException as error:

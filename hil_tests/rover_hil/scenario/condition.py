@@ -30,7 +30,7 @@ COMPARISONS: dict[str, Callable[[Value, Value], bool]] = {
     "<=": operator.le,
     ">": operator.gt,
     ">=": operator.ge,
-}  # type: ignore[dict-item]
+}
 
 
 def parse_condition(text: str) -> Condition:

@@ -14,7 +14,7 @@ from rover_hil.scenario.host import Host
 from rover_hil.scenario.language import Injection
 from rover_hil.scenario.probe import Probe
 from rover_hil.scenario.wire_faults import FLIP, WireFaults
-from rover_hil.scenario.world_faults import WorldFaults, number
+from rover_hil.scenario.world_faults import WorldFaults
 
 ON_THE_WIRE = (
     "serial-cut", "bit-errors", "byte-loss", "noise", "frame-loss", "frame-delay", "frame-duplicate", "frame-reorder",
@@ -62,15 +62,15 @@ class Injector:
     def _once(self, injection: Injection) -> None:
         actions: dict[str, Callable[[Injection], None]] = {
             "companion-killed": lambda i: self._host.kill(),
-            "host-clock-jump": lambda i: self._host.jump(number(i, "jump_s")),
-            "stop-command": lambda i: self._companion.link.stop(int(number(i, "reason"))),
-            "emergency-stop-command": lambda i: self._companion.link.emergency_stop(int(number(i, "reason"))),
+            "host-clock-jump": lambda i: self._host.jump(i.number("jump_s")),
+            "stop-command": lambda i: self._companion.link.stop(int(i.number("reason"))),
+            "emergency-stop-command": lambda i: self._companion.link.emergency_stop(int(i.number("reason"))),
             "disarm-command": lambda i: self._send("Disarm"),
             "arm-command": self._arm,
             "re-arm": lambda i: setattr(self._companion, "re_arm", True),
             "hello-command": self._hello,
             "parameter-set": lambda i: self._send(
-                "ParameterSet", identifier=int(number(i, "identifier")), value=int(number(i, "value"))
+                "ParameterSet", identifier=int(i.number("identifier")), value=int(i.number("value"))
             ),
             "reboot-command": lambda i: self._send("Reboot", magic=RESTART),
             "send": self._raw,
@@ -94,23 +94,23 @@ class Injector:
         assert isinstance(names, tuple)
         assert isinstance(values, dict)
         message = messages.BY_NAME[str(names[0])]
-        for _ in range(int(number(injection, "count"))):
-            self._send(message.name, **{field.name: values.get(field.name, 0) for field in message.fields})
+        for _ in range(int(injection.number("count"))):
+            self._send(message.name, **{name: values.get(name, 0) for name in message.FIELDS})
 
     def _segments(self, injection: Injection) -> None:
-        first = int(float(self._probe.values.get("next_index", 0.0)) + number(injection, "offset"))
+        first = int(float(self._probe.values.get("next_index", 0.0)) + injection.number("offset"))
         begin, rest = injection.parameters["begin"], injection.parameters["rest"] == "yes"
         if begin != "no":
             delay = 0.1 if begin == "soon" else -1.0
             start = self._companion.link.clock_estimate.to_firmware(self._host.now() + delay)
             self._send("SegmentStart", index=first & 0xFFFF, start_time=start & 0xFFFF_FFFF)
-        for ahead in range(int(number(injection, "count"))):
+        for ahead in range(int(injection.number("count"))):
             index = (first + ahead) & 0xFFFF
             begins = begin != "no" and ahead == 0
             self._send(
                 "SegmentTravel",
                 index=index,
-                duration=round(number(injection, "duration_ms") * 1000.0),
-                jerk_travel=round(number(injection, "jerk_travel") * 1e6),
+                duration=round(injection.number("duration_ms") * 1000.0),
+                jerk_travel=round(injection.number("jerk_travel") * 1e6),
             )
             self._send("SegmentHeading", index=index, jerk_heading=0, flags=FLAG_BEGIN * begins | FLAG_REST * rest)

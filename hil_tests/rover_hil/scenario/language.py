@@ -46,6 +46,12 @@ class Injection:
     duration: float | None
     parameters: Mapping[str, ParameterValue]
 
+    def number(self, name: str) -> float:
+        """A parameter that is a number."""
+        value = self.parameters[name]
+        assert isinstance(value, (int, float)), f"{self.fault}: {name} is no number"
+        return float(value)
+
     @property
     def from_boot(self) -> bool:
         """There from the moment that the rover is switched on."""

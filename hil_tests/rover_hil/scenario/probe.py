@@ -34,9 +34,10 @@ class Probe:
     def take(self, time: float, identifier: int, payload: bytes) -> None:
         """One frame."""
         try:
-            message, raw = messages.decode(identifier, payload)
+            message, values = messages.decode(identifier, payload)
         except ValueError:
             return
+        raw = {key: value for key, value in values.items() if isinstance(value, int)}
         match message.name:
             case "State":
                 self._state(time, raw)
@@ -61,7 +62,7 @@ class Probe:
             case "HelloBuild":
                 self.values["reset_cause"] = messages.VALUES["HelloBuild"]["reset_cause"][raw["reset_cause"]]
             case "LogText":
-                if raw["offset"] == 0 and bytes(raw["text"]) == READY:
+                if raw["offset"] == 0 and values["text"] == READY:
                     self.values["boots"] = float(self.values["boots"]) + 1.0
                     self.events.append((time, "firmware: booted"))
 

@@ -192,9 +192,7 @@ def _check_possible(table: Table, injection: Injection, rigs: tuple[str, ...], t
     kind = FAULTS[injection.fault]
     impossible = [rig for rig in rigs if rig not in kind.rigs]
     if impossible:
-        raise table.error(
-            "fault", f"{injection.fault!r} can't exist on {impossible[0]}: take that out of rigs"
-        )
+        raise table.error("fault", f"{injection.fault!r} can't exist on {impossible[0]}: take that out of rigs")
     if transport not in kind.transports:
         raise table.error("fault", f"{injection.fault!r} does not exist on transport {transport!r}")
     if injection.fault == "send":
@@ -208,7 +206,7 @@ def _check_message(table: Table, injection: Injection) -> None:
     if len(names) != 1:
         raise table.error("message", "must be a list with the name of one message")
     message = messages.BY_NAME[str(names[0])]
-    known = [field.name for field in message.fields]
+    known = list(message.FIELDS)
     for key in values:
         if key not in known:
             raise table.error(f"values.{key}", f"is no field of {message.name}; it has {', '.join(known)}")

@@ -54,16 +54,16 @@ class WireFaults:
     def delay(self, packet: Packet) -> float:
         """Seconds by which a frame to the firmware comes late."""
         late = self._concerned("frame-delay", packet)
-        return max((float(fault.parameters["delay_s"]) for fault in late), default=0.0)  # type: ignore[arg-type]
+        return max((fault.number("delay_s") for fault in late), default=0.0)
 
     def spoil(self, data: bytes, direction: str) -> bytes:
         """Bytes as they arrive: some lost, some with flipped bits."""
         spoiled = np.frombuffer(data, dtype=np.uint8)
         for fault in self._of("byte-loss", direction):
-            spoiled = spoiled[self._random.random(len(spoiled)) >= fault.parameters["rate"]]
+            spoiled = spoiled[self._random.random(len(spoiled)) >= fault.number("rate")]
         for fault in self._of("bit-errors", direction):
             bits = np.unpackbits(spoiled)
-            bits ^= (self._random.random(len(bits)) < fault.parameters["rate"]).astype(np.uint8)
+            bits ^= (self._random.random(len(bits)) < fault.number("rate")).astype(np.uint8)
             spoiled = np.packbits(bits)
         return spoiled.tobytes()
 
@@ -72,7 +72,7 @@ class WireFaults:
         sources = self._of("noise", direction)
         if not sources:
             return b""
-        self._noise_owed[direction] += elapsed * sum(float(f.parameters["bytes_per_second"]) for f in sources)  # type: ignore[arg-type]
+        self._noise_owed[direction] += elapsed * sum(f.number("bytes_per_second") for f in sources)
         count = int(self._noise_owed[direction])
         self._noise_owed[direction] -= count
         return self._random.bytes(count)
@@ -82,7 +82,7 @@ class WireFaults:
 
     def _lost(self, packet: Packet, direction: str) -> bool:
         candidates = [fault for fault in self._of("frame-loss", direction) if _names(fault, packet)]
-        return any(self._random.random() < float(fault.parameters["rate"]) for fault in candidates)  # type: ignore[arg-type]
+        return any(self._random.random() < fault.number("rate") for fault in candidates)
 
     def _rewritten(self, packet: Packet, direction: str) -> Packet:
         identifier, payload = packet

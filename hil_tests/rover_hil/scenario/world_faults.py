@@ -29,17 +29,17 @@ class WorldFaults:
         """The fault begins or is over; False when it is not one of the world."""
         name, p = injection.fault, injection.parameters
         if name in OF_A_WHEEL:
-            size = number(injection, "share") if name == "wheel-slip" else 1.0
+            size = injection.number("share") if name == "wheel-slip" else 1.0
             self._plant.set_fault(name, WHEELS.index(str(p["wheel"])), size if on else 0.0)
         elif name in OF_A_SONAR:
-            size = number(injection, "range_m") if name == "sonar-near" else 1.0
+            size = injection.number("range_m") if name == "sonar-near" else 1.0
             sensors = SONARS if p["sensor"] == "all" else (str(p["sensor"]),)
             for sensor in sensors:
                 self._plant.set_fault(name, SONARS.index(sensor), size if on else 0.0)
         elif name in OF_THE_ROVER:
             self._plant.set_fault(name, 0, 1.0 if on else 0.0)
         elif name == "battery-sag":
-            self._plant.set_fault("voltage-drop", 0, number(injection, "drop_v") if on else 0.0)
+            self._plant.set_fault("voltage-drop", 0, injection.number("drop_v") if on else 0.0)
         elif name == "emergency-stop-input":
             self._rig.set_emergency_stop(on)
         else:
@@ -60,22 +60,17 @@ class WorldFaults:
             self._rig.brown_out(injection.duration or 0.05)
         elif name == "encoder-jump":
             wheel = WHEELS.index(str(injection.parameters["wheel"]))
-            self._plant.kick_encoder(wheel, int(number(injection, "counts")))
+            self._plant.kick_encoder(wheel, int(injection.number("counts")))
         elif name == "carried-away":
-            turn = math.radians(number(injection, "turn_deg"))
-            self._plant.carry(number(injection, "ahead_m"), number(injection, "left_m"), turn)
+            turn = math.radians(injection.number("turn_deg"))
+            self._plant.carry(injection.number("ahead_m"), injection.number("left_m"), turn)
         else:
             self._obstacle(injection)
         return True
 
     def _obstacle(self, injection: Injection) -> None:
         x, y, heading = self._plant.pose()
-        radius = number(injection, "radius_m")
-        bearing = heading + math.radians(number(injection, "bearing_deg"))
-        reach = FOOTPRINT + number(injection, "distance_m") + radius
+        radius = injection.number("radius_m")
+        bearing = heading + math.radians(injection.number("bearing_deg"))
+        reach = FOOTPRINT + injection.number("distance_m") + radius
         self._plant.add_obstacle(x + reach * math.cos(bearing), y + reach * math.sin(bearing), radius, POST_HEIGHT)
-
-
-def number(injection: Injection, name: str) -> float:
-    """A parameter of a fault that is a number."""
-    return float(injection.parameters[name])  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ from typing import Any
 import serial
 from rover_protocol import framing, messages
 
+from rover_hil.named_values import named_values
 from rover_hil.testing.rigs import Client
 
 PATIENCE = 2.0
@@ -110,6 +111,4 @@ class FirmwareTalk:
         self.bytes_read += len(data)
         for identifier, _, payload in self.decoder.feed(data):
             message, values = messages.decode(identifier, payload)
-            tables = messages.VALUES.get(message.name, {})
-            named = {key: tables.get(key, {}).get(value, value) for key, value in values.items()}
-            self._received.setdefault(message.name, []).append(named)
+            self._received.setdefault(message.name, []).append(named_values(message, values))

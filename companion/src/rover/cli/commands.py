@@ -69,7 +69,8 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """As the base class, which looks in `commands` for what a misspelt name may have meant."""
-        self.commands = dict.fromkeys(self.list_commands(ctx))
+        names: dict[str, Any] = dict.fromkeys(self.list_commands(ctx))
+        self.commands = names
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 import sys
+from collections.abc import Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
@@ -15,7 +16,7 @@ from rich.panel import Panel
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from rover.mission.run import Status
+    from rover.mission.loop import Status
 
 LINE_PERIOD = 10.0
 """Seconds of mission time between two plain lines."""
@@ -78,7 +79,7 @@ class MissionView:
         self._stream.flush()
 
     @contextlib.contextmanager
-    def _tolerant(self):
+    def _tolerant(self) -> Iterator[None]:
         try:
             yield
         except (OSError, ValueError):  # the terminal is gone: the mission goes on unseen

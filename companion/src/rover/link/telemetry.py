@@ -170,7 +170,7 @@ class TelemetryReader:
     def read(self, name: str, raw: dict[str, int | bytes], received: float) -> Telemetry | None:
         """The telemetry that message `name` completes, or None; `received` is companion time."""
         if name == "LogText":
-            return self._log_text(int(raw["offset"]), bytes(raw["text"]), received)  # type: ignore[arg-type]
+            return self._log_text(int(raw["offset"]), bytes(raw["text"]), received)
         values: dict[str, int] = {key: int(value) for key, value in raw.items()}
         builder = _BUILDERS.get(name)
         return builder(self, values, received) if builder is not None else None

@@ -26,15 +26,35 @@ WRITE_TIMEOUT = 2.0
 class Transport(Protocol):
     """What the session needs of a wire. Both methods raise `LinkLost` when the wire is gone."""
 
-    port: str
-    bytes_written: int
-    bytes_read: int
-    byte_time: float
-    """Seconds that one byte takes on the wire; 0 where it travels at once (USB)."""
-    lead: float
-    """Seconds from a write until its bytes leave; 0 on a real port."""
-    time_step: float
-    """Seconds to which the times of chunks, and the firmware's own at the other end, are rounded."""
+    @property
+    def port(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def bytes_written(self) -> int:
+        """In all."""
+        ...
+
+    @property
+    def bytes_read(self) -> int:
+        """In all."""
+        ...
+
+    @property
+    def byte_time(self) -> float:
+        """Seconds that one byte takes on the wire; 0 where it travels at once (USB)."""
+        ...
+
+    @property
+    def lead(self) -> float:
+        """Seconds from a write until its bytes leave; 0 on a real port."""
+        ...
+
+    @property
+    def time_step(self) -> float:
+        """Seconds to which the times of chunks, and the firmware's own at the other end, are rounded."""
+        ...
 
     def write(self, data: bytes) -> None:
         """Sends all of `data`."""

@@ -96,6 +96,11 @@ def test_every_shell_block_names_the_interpreter_in_one_way(block: Block) -> Non
         assert bare is None, f"{line}\nwrite .venv/bin/python -m … or .venv/bin/rover …"
 
 
+@pytest.mark.parametrize("page", sorted((REPOSITORY / "docs").rglob("*.md")), ids=lambda page: page.name)
+def test_every_command_in_a_sentence_names_the_interpreter_in_the_same_way(page: Path) -> None:
+    assert not re.findall(r"`(?:python3?|pytest) [^`]*`", page.read_text(encoding="utf-8"))
+
+
 @pytest.mark.parametrize("block", [b for b in EVERY if b.language == "sh"], ids=lambda block: block.where)
 def test_no_block_that_runs_builds_anything(block: Block) -> None:
     builds = re.search(r"^(make|\S*pip) ", block.text, re.MULTILINE)

@@ -83,7 +83,7 @@ def _head(ground: Classifier, pictures: Classifier, options: argparse.Namespace)
         more = f" --fields {options.fields}{more}"
     return f"""# Detection: how well, and how that is known
 
-Made by `python -m tools.evaluate --seed {options.seed} --drives {options.drives}{more}`
+Made by `.venv/bin/python -m tools.evaluate --seed {options.seed} --drives {options.drives}{more}`
 (`make evaluate`) with OpenCV {cv2.__version__} and the networks `{ground.sha256[:12]}…` for ground and
 `{pictures.sha256[:12]}…` for pictures. How they were trained stands in
 [their card](../../companion/models/README.md). Pictures of the worst misses and false alarms are written to

@@ -37,8 +37,8 @@ calibration error of 0.03."""
     parts.append(
         f"""### What hides weak buried mines
 
-`python -m tools.evaluate.limit --fields {test_fields}`: the soil's own texture. The table has d', the distance
-of a mine from bare ground in standard deviations, for the best linear observer, who is told where to look, how deep the
+`.venv/bin/python -m tools.evaluate.limit --fields {test_fields}`: the soil's own texture. The table has d',
+the distance of a mine from bare ground in standard deviations, for the best linear observer, who is told where to look, how deep the
 mine lies and which hour it is; the best F1 is his, at any threshold, if the ground were Gaussian. He does not reach
 0.97 either: half of a kelvin above a mine is as much as soil without a mine often has. Looking again does not help,
 for texture stays where it is. The network is told none of these things. It has to search: the strongest spots of a
@@ -67,6 +67,7 @@ count per mine within its half-extent plus 10 cm. What is reported at {CHOSEN:g}
 {split(runs)}"""
         )
     parts.append(
-        f"### Time\n\n`python -m tools.evaluate.timing`: processor time of one core, milliseconds.\n\n{timing.report()}"
+        "### Time\n\n`.venv/bin/python -m tools.evaluate.timing`: processor time of one core, milliseconds.\n\n"
+        + timing.report()
     )
     return "\n\n".join(parts)

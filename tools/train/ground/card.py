@@ -46,7 +46,7 @@ SHA-256: `{sha256}`
 
 ### Training
 
-`python -m tools.train ground --fields {options.fields} --frames {options.frames} --seed {options.seed}`,
+`.venv/bin/python -m tools.train ground --fields {options.fields} --frames {options.frames} --seed {options.seed}`,
 OpenCV {cv2.__version__}.
 {sum(counts.values())} candidates: {told}.
 Synthetic fields in loam (more than half), dry sand and moist clay, most of them by day and many full of pebbles,

@@ -28,7 +28,8 @@ SHA-256: `{sha256}`
 
 ### Training
 
-`python -m tools.train pictures --seed {notes["seed"]} --data DIR`: {pictures} real pictures of Tenorio-Tamayo et al.,
+`.venv/bin/python -m tools.train pictures --seed {notes["seed"]} --data DIR`:
+{pictures} real pictures of Tenorio-Tamayo et al.,
 Data in Brief 49:109443 (CC BY 4.0), 8-bit and not radiometric, as they lie on disk and altered (turned, other contrast,
 smooth discs laid on the ground as casings, which count little), with OpenCV {cv2.__version__}. A first network shows
 which ground is taken for mines; that is learned from too. A second one and gradient boosting say what they make of all

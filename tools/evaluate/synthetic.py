@@ -38,13 +38,13 @@ calibration error of 0.03."""
         f"""### What hides weak buried mines
 
 `.venv/bin/python -m tools.evaluate.limit --fields {test_fields}`: the soil's own texture. The table has d',
-the distance of a mine from bare ground in standard deviations, for the best linear observer, who is told where to look, how deep the
-mine lies and which hour it is; the best F1 is his, at any threshold, if the ground were Gaussian. He does not reach
-0.97 either: half of a kelvin above a mine is as much as soil without a mine often has. Looking again does not help,
-for texture stays where it is. The network is told none of these things. It has to search: the strongest spots of a
-picture without a mine are chosen among all its places, and stones and damp patches are among them. How much that
-costs is told by an observer who searches: every candidate's strength alone, a filter nearly as good as the best one,
-at the threshold that does best on the very same looks.
+the distance of a mine from bare ground in standard deviations, for the best linear observer, who is told where to
+look, how deep the mine lies and which hour it is; the best F1 is his, at any threshold, if the ground were Gaussian.
+He does not reach 0.97 either: half of a kelvin above a mine is as much as soil without a mine often has. Looking
+again does not help, for texture stays where it is. The network is told none of these things. It has to search: the
+strongest spots of a picture without a mine are chosen among all its places, and stones and damp patches are among
+them. How much that costs is told by an observer who searches: every candidate's strength alone, a filter nearly as
+good as the best one, at the threshold that does best on the very same looks.
 
 {limit.report(test_fields)}
 

@@ -29,7 +29,7 @@ from rover.geometry import Pose2
 from rover.mission import config
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
-from rover_hil.ground import Ground, build
+from rover_hil.ground import Ground, Mine, build
 from rover_hil.plant_config import build_plant
 from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
 
@@ -123,7 +123,7 @@ def suspects(driven: Driven) -> list[Place]:
     return [p for p in driven.places if p.suspected and 0 <= p.x <= width and 0 <= p.y <= length]
 
 
-def is_found(mine: object, places: list[Place]) -> bool:
+def is_found(mine: Mine, places: list[Place]) -> bool:
     """True when one of the places lies within FOUND_WITHIN of the mine."""
     return any(math.hypot(p.x - mine.x, p.y - mine.y) <= FOUND_WITHIN for p in places)
 

@@ -40,7 +40,8 @@ def skewness(matrix: Array, to_pixels: Array) -> tuple[float, float]:
 def ground_of(matrix: Array, rotation: Array, scale: float, shift: Array) -> Array:
     """What the rotation alone, at one distance, makes of the pixels: rays cut with a plane that is fitted best."""
     rays = np.column_stack((PIXELS, np.ones(len(PIXELS)))) @ np.linalg.inv(matrix).T @ rotation
-    return scale * rays[:, :2] / rays[:, 2:] + shift
+    ground: Array = scale * rays[:, :2] / rays[:, 2:] + shift
+    return ground
 
 
 def best_plane(matrix: Array, rotation: Array, swapped: bool) -> float:
@@ -76,9 +77,9 @@ def main() -> None:
           f"{BOX[0] / BOX[1]:.3f} to 1; the box would be {BOX[0] / across:.1f} × {BOX[1] / down:.1f} px")  # fmt: skip
     for label, matrix in (("printed K", printed_matrix(PRINTED_FOCAL, PRINTED_FOCAL)),
                           ("K of eq. 9, 10", printed_matrix(fx, fy))):  # fmt: skip
-        angle, ratio = skewness(matrix, to_pixels)
+        angle, ratio = skewness(matrix, np.asarray(to_pixels, np.float64))
         print(f"{label}: axes of the table's ground {angle:+.1f}° off a right angle, lengths {ratio:.3f} to 1")
-        rotation, _ = cv2.Rodrigues(PRINTED_ROTATION)
+        rotation = np.asarray(cv2.Rodrigues(PRINTED_ROTATION)[0], np.float64)
         errors = [best_plane(matrix, rotation, swapped) for swapped in (False, True)]
         print(
             f"  with the printed rotation and the best distance and offset: RMS {min(errors):.1f} of the table's unit"

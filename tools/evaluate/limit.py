@@ -58,12 +58,14 @@ def look_at_tests(camera: CameraModel, fields: int) -> tuple[NDArray[np.float64]
     seeds = range(FIRST_SOIL_TEST, FIRST_SOIL_TEST + fields)
     for seed in track(seeds, "fields for the limit", console=Console(stderr=True)):
         field = make_field(camera, HELD_OUT_SOIL, seed, None, True)
-        for pose, frame in views(field, camera, TEST_FRAMES, seed) if field else ():
+        if field is None:
+            continue
+        for pose, frame in views(field, camera, TEST_FRAMES, seed):
             image = rectifier.rectify(frame)
             looks += 1
             seen = [field.ground.mines[number] for number in in_view(image, pose, field.ground, camera)]
             mines += [(m.depth, abs(m.contrast_k)) for m in seen if m.kind == "buried" and abs(m.contrast_k) >= FLOOR]
-            soft = cv2.blur(image.kelvin, (2, 2))
+            soft = np.asarray(cv2.blur(image.kelvin, (2, 2)), np.float32)
             reach, (rows, columns) = int(0.5 * SIDE * STEP / image.metres_per_pixel), soft.shape
             corners = [(r, c) for r in (-reach, reach) for c in (-reach, reach)]
             spots = np.column_stack(
@@ -80,7 +82,8 @@ def look_at_tests(camera: CameraModel, fields: int) -> tuple[NDArray[np.float64]
 def _cut(picture: NDArray[np.float32], row: float, column: float, step: float) -> NDArray[np.float32]:
     offsets = ((_OFFSETS / STEP) * step).astype(np.float32)
     down, across = np.meshgrid(row + offsets, column + offsets, indexing="ij")
-    return cv2.remap(picture, across.astype(np.float32), down.astype(np.float32), cv2.INTER_LINEAR).ravel()
+    patch = cv2.remap(picture, across.astype(np.float32), down.astype(np.float32), cv2.INTER_LINEAR)
+    return np.asarray(patch, np.float32).ravel()
 
 
 def separation(patches: NDArray[np.float64], profile: NDArray[np.float64]) -> float:
@@ -125,7 +128,7 @@ def searching_f1(looks: Looks) -> float:
 
 def _above(z: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """Share of a normal distribution above z."""
-    return 0.5 * np.vectorize(math.erfc)(np.asarray(z) / math.sqrt(2.0))
+    return np.asarray(0.5 * np.vectorize(math.erfc)(np.asarray(z) / math.sqrt(2.0)))
 
 
 def report(fields: int) -> str:

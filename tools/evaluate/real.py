@@ -130,7 +130,8 @@ def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: 
     def judge(rows: NDArray[np.intp]) -> NDArray[np.floating]:
         p = judge_vectors(samples.vectors[rows].astype(np.float32), classifier)
         three = p[:, [classifier.classes.index(CLASSES[i]) for i in THREE]]
-        return three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
+        shares: NDArray[np.float32] = three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
+        return shares
 
     everything = np.ones(len(records), bool)
     return judge_fold(Fold("trained on", everything, everything), samples, records, judge)

@@ -37,7 +37,8 @@ def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np
         part = grey[low_y : max(low_y + 1, round(y + extent / 2)), low_x : max(low_x + 1, round(x + extent / 2))]
         found[i] = cv2.resize(part.astype(np.float32), (SIDE, SIDE), interpolation=cv2.INTER_AREA).ravel()
     found -= found.mean(axis=1, keepdims=True)
-    return found / (found.std(axis=1, keepdims=True) + 1.0)
+    even: NDArray[np.float32] = found / (found.std(axis=1, keepdims=True) + 1.0)
+    return even
 
 
 def rivals(seed: int) -> dict[str, ClassifierMixin]:

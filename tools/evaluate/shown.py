@@ -7,8 +7,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from tools.evaluate.folds import Outcome
+from tools.evaluate.folds import Alarm, Outcome
 from tools.train.picture.records import Record
 
 TILE, PER_ROW, MOST = 256, 6, 18
@@ -35,14 +36,14 @@ def write_worst(outcomes: Sequence[Outcome], records: Sequence[Record], folder: 
     return files
 
 
-def _tile(record: Record, alarms: Sequence) -> np.ndarray:
+def _tile(record: Record, alarms: Sequence[Alarm]) -> NDArray[np.uint8]:
     picture = cv2.cvtColor(record.grey, cv2.COLOR_GRAY2BGR)
     for b in record.boxes:
         low, high = (b.x - b.width / 2, b.y - b.height / 2), (b.x + b.width / 2, b.y + b.height / 2)
-        cv2.rectangle(picture, tuple(map(round, low)), tuple(map(round, high)), RED, 3)
+        cv2.rectangle(picture, (round(low[0]), round(low[1])), (round(high[0]), round(high[1])), RED, 3)
     for alarm in alarms:
         x, y, extent = alarm.spot
         cv2.circle(picture, (round(x), round(y)), round(extent / 2), GREEN, 2)
         cv2.putText(picture, f"{alarm.score:.2f}", (round(x), round(y)), cv2.FONT_HERSHEY_SIMPLEX, 1.0, GREEN, 2)
     cv2.putText(picture, record.name, (5, 30), cv2.FONT_HERSHEY_SIMPLEX, 1.0, (255, 255, 0), 2)
-    return cv2.resize(picture, (TILE, TILE), interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.resize(picture, (TILE, TILE), interpolation=cv2.INTER_AREA), np.uint8)

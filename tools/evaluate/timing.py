@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from statistics import median
 
 import cv2
@@ -67,14 +68,20 @@ def report() -> str:
         return detect(image, classifier, DetectSettings())
 
     picture = soil(320, 240).astype(np.float32) / np.float32(100.0)
+    def laid(scale: float) -> object:
+        return found(from_picture(picture, scale))
+
     rows = [
-        row(f"320x240 from above, {100 * scale:g} cm a pixel", lambda scale=scale: found(from_picture(picture, scale)))
-        for scale in (0.005, 0.01, 0.02)
+        row(f"320x240 from above, {100 * scale:g} cm a pixel", partial(laid, scale)) for scale in (0.005, 0.01, 0.02)
     ]
+
+    def rectified(rectifier: GroundRectifier, frame: Frame) -> object:
+        return found(rectifier.rectify(frame))
+
     for model in (twice_as_fine(camera), camera):
         rectifier, frame = GroundRectifier(model), Frame(soil(model.width, model.height), 0.0, 0)
         title = f"{model.width}x{model.height} of a mounted camera, as in a mission"
-        rows.append(row(title, lambda rectifier=rectifier, frame=frame: found(rectifier.rectify(frame))))
+        rows.append(row(title, partial(rectified, rectifier, frame)))
     vectors = np.zeros((PATCHES, classifier.length), np.float32)
     rows.append(row(f"the network alone, {PATCHES} candidates", lambda: classifier.predict(vectors)))
     without = Classifier(default_model(PICTURES), PICTURES)
@@ -82,9 +89,7 @@ def report() -> str:
     for width, height in ((640, 640), (320, 240)):
         kelvin = soil(width, height).astype(np.float32)
         grey = np.clip(128.0 + (kelvin - kelvin.mean()) * (40.0 / kelvin.std()), 0.0, 255.0).astype(np.float32)
-        rows.append(
-            row(f"{width}x{height} without kelvin or scale", lambda grey=grey: detect_in_picture(grey, without))
-        )
+        rows.append(row(f"{width}x{height} without kelvin or scale", partial(detect_in_picture, grey, without)))
     return table(["", "ms", "the first time"], rows)
 
 

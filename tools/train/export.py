@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,8 @@ from tools.train.network import Layer
 
 
 def fold(
-    weights: list[NDArray[np.float64]],
-    biases: list[NDArray[np.float64]],
+    weights: Sequence[NDArray[np.floating]],
+    biases: Sequence[NDArray[np.floating]],
     mean: NDArray[np.float64],
     scale: NDArray[np.float64],
     factor: float,

@@ -48,7 +48,8 @@ def fit_pictures(
 def softmax(logits: NDArray[np.floating]) -> NDArray[np.floating]:
     """Probabilities (N, classes)."""
     e = np.exp(logits - logits.max(axis=1, keepdims=True))
-    return e / e.sum(axis=1, keepdims=True)
+    p: NDArray[np.floating] = e / e.sum(axis=1, keepdims=True)
+    return p
 
 
 def _negative_log_likelihood(labels: NDArray[np.int64], logits: NDArray[np.floating]) -> float:
@@ -63,10 +64,11 @@ def confusion_by_look(looks: Looks, p: NDArray[np.floating], floor: float) -> ND
     candidates; what lies between two classes, or on a weaker mine, does not count.
     """
     answer, likeness = p.argmax(axis=1), p[:, MINE_COLUMNS].sum(axis=1)
-    fields, field_of = np.unique(looks.field, return_inverse=True)
+    fields, inverse = np.unique(looks.field, return_inverse=True)
+    field_of = np.asarray(inverse, np.intp)
     table = np.zeros((len(fields), len(CLASSES), len(CLASSES)), np.int64)
     for truth, some in ((OBSTACLE, looks.on_obstacle), (BACKGROUND, looks.on_ground)):
-        np.add.at(table, (field_of[looks.look[some]], truth, answer[some]), 1)
+        np.add.at(table, (field_of[looks.look[some]], np.intp(truth), answer[some]), 1)
     best: dict[tuple[int, int], int] = {}
     for index in np.flatnonzero(looks.on_mine).tolist():
         key = int(looks.look[index]), int(looks.mine[index])
@@ -82,14 +84,16 @@ def confusion_by_look(looks: Looks, p: NDArray[np.floating], floor: float) -> ND
 def f1_scores(table: NDArray[np.integer]) -> NDArray[np.float64]:
     """F1 per class of counts (..., classes, classes)."""
     right = np.einsum("...ii->...i", table)
-    return 2.0 * right / np.maximum(table.sum(axis=-1) + table.sum(axis=-2), 1)
+    scores: NDArray[np.float64] = 2.0 * right / np.maximum(table.sum(axis=-1) + table.sum(axis=-2), 1)
+    return scores
 
 
 def f1_intervals(by_field: NDArray[np.integer], rounds: int = 1000) -> NDArray[np.float64]:
     """95 % intervals of F1 (classes, 2): whole fields are drawn again with replacement, looks at one are alike."""
     rng = np.random.default_rng(90)
     drawn = rng.integers(0, len(by_field), (rounds, len(by_field)))
-    return np.percentile([f1_scores(by_field[some].sum(axis=0)) for some in drawn], (2.5, 97.5), axis=0).T
+    scores = np.stack([f1_scores(by_field[some].sum(axis=0)) for some in drawn])
+    return np.asarray(np.percentile(scores, (2.5, 97.5), axis=0).T)
 
 
 def looks_as_markdown(looks: Looks, p: NDArray[np.floating], floor: float) -> str:

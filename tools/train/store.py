@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Arrays = dict[str, NDArray]
+Arrays = dict[str, NDArray[Any]]
 
 
 def kept(folder: Path | None, name: str, make: Callable[[], Arrays]) -> Arrays:
@@ -25,7 +26,7 @@ def kept(folder: Path | None, name: str, make: Callable[[], Arrays]) -> Arrays:
             return {key: stored[key] for key in stored.files}
     arrays = make()
     folder.mkdir(parents=True, exist_ok=True)
-    np.savez(file, **arrays)
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # the stub takes any name for its own allow_pickle
     return arrays
 
 

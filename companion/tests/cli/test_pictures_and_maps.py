@@ -7,7 +7,6 @@ import json
 import cv2
 import numpy as np
 import pytest
-from rover.cli.detect import temperatures
 
 FIELD = "width = 3.0\nheight = 4.0\nobstacles = [[2.0, 1.5, 0.2]]\n"
 PLAN_KEYS = {"status", "algorithm", "order", "path", "length_m", "iterations", "nodes", "time_ms", "first_solution_ms"}
@@ -135,14 +134,3 @@ def test_a_missing_picture_is_bad_input(rover, arguments):
     result = rover(*arguments, *more)
     assert (result.code, result.out) == (2, "")
     assert "none.png" in result.err
-
-
-def test_pictures_of_eight_bits_get_their_scale_from_their_texture():
-    grey = np.random.default_rng(2).normal(120.0, 10.0, (200, 200)).astype(np.uint8)
-    stretched = (2 * (grey.astype(np.int16) - 70)).clip(0, 255).astype(np.uint8)
-    assert temperatures(grey).std() == pytest.approx(0.6, rel=0.1)
-    assert temperatures(stretched).std() == pytest.approx(0.6, rel=0.1)
-
-
-def test_pictures_of_sixteen_bits_are_centikelvin():
-    assert temperatures(np.full((2, 2), 30_015, np.uint16)) == pytest.approx(300.15)

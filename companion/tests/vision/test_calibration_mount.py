@@ -13,7 +13,7 @@ from rover.errors import BadInput
 from rover.vision.calibration.board import Board
 from rover.vision.calibration.intrinsics import project
 from rover.vision.calibration.mount import MOUNT, angles_of, mount_from_ground, read_points
-from rover.vision.calibration.pair import ground_homography, homography_from_matches, pair_from_board
+from rover.vision.calibration.pair import ground_homography, pair_from_board
 from rover.vision.calibration.uncertainty import UncertainCamera
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
@@ -111,16 +111,3 @@ def test_the_pair_is_found_again_from_a_board_whichever_end_each_camera_began_at
     expected = project(other, (optical @ TURN.T + SHIFT)[None])[0]
     laid = cv2.perspectiveTransform(straight.ground_to_pixel(GROUND).reshape(-1, 1, 2), homography).reshape(-1, 2)
     np.testing.assert_allclose(laid, expected, atol=1e-6)
-
-
-def test_matches_on_the_ground_give_the_homography_and_false_ones_show():
-    truth = np.array([[3.0, 0.1, 20.0], [-0.1, 3.1, 10.0], [1e-4, 2e-4, 1.0]])
-    rng = np.random.default_rng(9)
-    first = rng.uniform(0, 160, (20, 2))
-    second = cv2.perspectiveTransform(first.reshape(-1, 1, 2), truth).reshape(-1, 2)
-    second[3] += 60.0
-    found, errors = homography_from_matches(first, second)
-    np.testing.assert_allclose(found, truth, atol=1e-3)
-    assert errors.argmax() == 3
-    with pytest.raises(BadInput, match="at least 6"):
-        homography_from_matches(first[:5], second[:5])

@@ -31,7 +31,8 @@ def test_focal_length_of_the_papers_camera_by_equations_9_and_10() -> None:
 
 
 def test_a_camera_made_from_its_angles_has_its_middle_between_the_middle_pixels() -> None:
-    made = CameraModel.from_fov("c", 160, 120, math.radians(57.0), z=0.75, pitch=math.radians(52.0))
+    ideal = CameraModel.from_fov("c", 160, 120, math.radians(57.0))
+    made = dataclasses.replace(ideal, z=0.75, pitch=math.radians(52.0))
     assert (made.cx, made.cy) == (79.5, 59.5)
     assert (made.fx, made.fy) == pytest.approx((LEPTON.fx, LEPTON.fx))
     np.testing.assert_allclose(made.matrix, [[made.fx, 0.0, 79.5], [0.0, made.fy, 59.5], [0.0, 0.0, 1.0]])  # equation 8

@@ -65,7 +65,8 @@ class SurfaceHistory:
         low = int(np.floor(position))
         part = position - low
         first, second = self.temperature[..., low % steps], self.temperature[..., (low + 1) % steps]
-        return (1 - part) * first + part * second
+        now: NDArray[np.float64] = (1 - part) * first + part * second
+        return now
 
 
 def _widths(fine: float, until: float, growth: float, end: float) -> NDArray[np.float64]:
@@ -87,12 +88,13 @@ def _edges(widths: NDArray[np.float64]) -> NDArray[np.float64]:
 def _overlap(edges: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
     """Share of each cell that lies in [low, high]."""
     covered = np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
-    return covered / np.diff(edges)
+    share: NDArray[np.float64] = covered / np.diff(edges)
+    return share
 
 
 def _fill(case: Case, of: str) -> NDArray[np.float64]:
     """One material property per cell, (nr, nz): mixed by volume where a cell is cut."""
-    outside = getattr(case.soil, of)
+    outside = float(getattr(case.soil, of))
     if case.inclusion is None:
         return np.full((R_WIDTHS.size, Z_WIDTHS.size), outside)
     body = case.inclusion
@@ -100,7 +102,7 @@ def _fill(case: Case, of: str) -> NDArray[np.float64]:
         _overlap(_edges(R_WIDTHS), 0.0, body.radius),
         _overlap(_edges(Z_WIDTHS), body.depth, body.depth + body.thickness),
     )
-    return outside + share * (getattr(body.material, of) - outside)
+    return outside + share * (float(getattr(body.material, of)) - outside)
 
 
 def _laplacian(conductance: NDArray[np.float64]) -> NDArray[np.float64]:

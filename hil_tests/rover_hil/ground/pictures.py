@@ -107,16 +107,16 @@ def deviations(data_dir: str | Path, entry: Entry, resolution: float) -> NDArray
         raise BadInput(f"{file}: not a readable picture, though the index names it")
     size = (round(entry.width / resolution), round(entry.height / resolution))
     shrinks = size[0] < grey.shape[1]
-    metric = cv2.resize(
-        grey.astype(np.float32), size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
-    )
+    way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    metric = np.asarray(cv2.resize(grey.astype(np.float32), size, interpolation=way), np.float32)
     soil = outside_boxes(entry, resolution, metric.shape)
     detail = metric - _trend(metric, soil, resolution)
     spread = float(detail[soil].std())
     if spread < 1e-3:
         raise BadInput(f"{file}: has no texture at all; remove it from the index")
     detail -= np.median(detail[soil])
-    return np.clip(detail * (TEXTURE_KELVIN / spread), -CLIP_KELVIN, CLIP_KELVIN).astype(np.float32)
+    kelvin = np.clip(detail * (TEXTURE_KELVIN / spread), -CLIP_KELVIN, CLIP_KELVIN)
+    return np.asarray(kelvin, np.float32)
 
 
 def _trend(metric: NDArray[np.float32], soil: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
@@ -129,8 +129,9 @@ def _trend(metric: NDArray[np.float32], soil: NDArray[np.bool_], resolution: flo
         cv2.GaussianBlur(cv2.resize(layer, small, interpolation=cv2.INTER_AREA), (0, 0), sigma)
         for layer in (metric * weight, weight)
     ]
-    trend = blurred[0] / np.maximum(blurred[1], 1e-3)
-    return cv2.resize(trend, (metric.shape[1], metric.shape[0]), interpolation=cv2.INTER_LINEAR)
+    trend = np.asarray(blurred[0], np.float32) / np.maximum(np.asarray(blurred[1], np.float32), np.float32(1e-3))
+    size = (metric.shape[1], metric.shape[0])
+    return np.asarray(cv2.resize(trend, size, interpolation=cv2.INTER_LINEAR), np.float32)
 
 
 def outside_boxes(

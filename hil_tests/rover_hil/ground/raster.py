@@ -43,6 +43,7 @@ class Grid:
         self, window: Window, centre: tuple[float, float]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """x and y of the window's cell centres minus `centre`: shapes (1, columns) and (rows, 1), metres."""
-        x = self.origin_x + (np.arange(window[1].start, window[1].stop) + 0.5) * self.resolution - centre[0]
-        y = self.origin_y + (np.arange(window[0].start, window[0].stop) + 0.5) * self.resolution - centre[1]
+        columns, rows = (np.arange(part.start, part.stop, dtype=np.float64) for part in (window[1], window[0]))
+        x = self.origin_x + (columns + 0.5) * self.resolution - centre[0]
+        y = self.origin_y + (rows + 0.5) * self.resolution - centre[1]
         return x[None, :], y[:, None]

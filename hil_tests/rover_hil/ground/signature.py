@@ -46,7 +46,8 @@ class DailyContrasts:
     def profile(self, depth: float, hour: float, radius: ArrayLike) -> NDArray[np.float64]:
         """Contrast in K at distances `radius` (m, any shape) from the centre of the mine at `depth`."""
         values = self.contrast.at(hour)[self.depths.index(depth)]
-        return np.interp(np.asarray(radius, dtype=np.float64), self.contrast.radius, values, right=0.0)
+        where = np.asarray(radius, dtype=np.float64)
+        return np.asarray(np.interp(where, self.contrast.radius, values, right=0.0))
 
 
 @lru_cache(maxsize=64)

@@ -22,11 +22,11 @@ def correlated_noise(grid: Grid, length: float, rms: float, rng: np.random.Gener
     rows, columns = -(-grid.rows // step) + 2, -(-grid.columns // step) + 2
     lattice = rng.standard_normal((rows, columns), dtype=np.float32)
     sigma = 0.5 * length / (grid.resolution * step)
-    lattice = cv2.GaussianBlur(lattice, (0, 0), max(sigma, 0.3), borderType=cv2.BORDER_REFLECT)
+    smooth = cv2.GaussianBlur(lattice, (0, 0), max(sigma, 0.3), borderType=cv2.BORDER_REFLECT)
     if step > 1:
-        lattice = cv2.resize(lattice, (columns * step, rows * step), interpolation=cv2.INTER_CUBIC)
-    noise = lattice[: grid.rows, : grid.columns]
-    return (noise * np.float32(rms / max(float(noise.std()), 1e-9))).astype(np.float32)
+        smooth = cv2.resize(smooth, (columns * step, rows * step), interpolation=cv2.INTER_CUBIC)
+    noise = np.asarray(smooth, np.float32)[: grid.rows, : grid.columns]
+    return np.asarray(noise * np.float32(rms / max(float(noise.std()), 1e-9)), np.float32)
 
 
 def soil_texture(grid: Grid, rng: np.random.Generator) -> NDArray[np.float32]:

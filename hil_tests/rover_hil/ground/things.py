@@ -71,8 +71,11 @@ def _outline(
 ) -> NDArray[np.float64]:
     """Radius factor per cell, in [1 − depth, 1]: a closed crooked outline that never leaves the circle."""
     angle = np.arctan2(dy, dx)
-    waves = sum(rng.uniform(0.3, 1.0) / n * np.cos(n * angle + rng.uniform(0, 2 * np.pi)) for n in (2, 3, 5))
-    return 1 - depth * (0.5 + 0.5 * waves / max(float(np.abs(waves).max()), 1e-9))
+    waves = np.zeros_like(angle)
+    for n in (2, 3, 5):
+        waves += rng.uniform(0.3, 1.0) / n * np.cos(n * angle + rng.uniform(0, 2 * np.pi))
+    factor: NDArray[np.float64] = 1 - depth * (0.5 + 0.5 * waves / max(float(np.abs(waves).max()), 1e-9))
+    return factor
 
 
 def lay_rock(

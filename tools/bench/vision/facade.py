@@ -69,7 +69,8 @@ def marker_transfer(wall: Facade, a: int, b: int, homography: Points) -> list[fl
     if not both:
         return []
     here, there = (np.array([wall.markers[k][marker] for marker in both]) for k in (a, b))
-    return np.linalg.norm(apply_homography(homography, here) - there, axis=1).tolist()
+    apart = np.linalg.norm(apply_homography(homography, here) - there, axis=1)
+    return [float(distance) for distance in apart]
 
 
 def _track_errors(wall: Facade) -> tuple[list[float], list[float], int]:
@@ -92,5 +93,7 @@ def _mosaic_errors(wall: Facade, placement: Placement) -> list[float]:
         for marker, pixel in sorted(wall.markers[number].items()):
             surveyed.append(wall.survey[marker])
             shown.append(apply_homography(homography, np.array([pixel]))[0])
-    onto, _ = cv2.findHomography(np.array(surveyed), np.array(shown), 0)
-    return np.linalg.norm(apply_homography(onto, np.array(surveyed)) - np.array(shown), axis=1).tolist()
+    found, _ = cv2.findHomography(np.array(surveyed), np.array(shown), 0)
+    onto = np.asarray(found, np.float64)
+    apart = np.linalg.norm(apply_homography(onto, np.array(surveyed)) - np.array(shown), axis=1)
+    return [float(distance) for distance in apart]

@@ -48,7 +48,8 @@ def somewhere(at: Scene, drive: Drive, known: bool) -> Pose2 | None:
             dx, dy, turn = (at.rng.uniform(-1.0, 1.0, 3) * (ASIDE_M, ASIDE_M, ASIDE_RAD)).tolist()
             pose = Pose2(pose.x + dx, pose.y + dy, pose.heading + turn)
         else:
-            pose = Pose2(*at.rng.uniform(0.0, (width, depth)).tolist(), float(at.rng.uniform(-math.pi, math.pi)))
+            x, y = at.rng.uniform(0.0, (width, depth)).tolist()
+            pose = Pose2(x, y, float(at.rng.uniform(-math.pi, math.pi)))
             centre = pose.transform(np.array([[0.7, 0.0]]))[0]
             looked = np.array([p.transform(np.array([[0.7, 0.0]]))[0] for p in drive.poses[::25]])
             if np.hypot(*(looked - centre).T).min() < 0.9:

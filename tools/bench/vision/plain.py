@@ -7,15 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
+Picture = NDArray[np.uint8] | NDArray[np.uint16]
 PlainFeatures = tuple[Points, NDArray[np.uint8]]
 FEATURES = 2000
 RANSAC_PX = 3.0
 MIN_MATCHES = 8
 
 
-def plain_features(picture: NDArray[np.generic]) -> PlainFeatures:
+def plain_features(picture: Picture) -> PlainFeatures:
     """Pixels (N, 2) and descriptors of a picture (H, W) of 8 or 16 bits."""
-    keys, seen = cv2.ORB_create(nfeatures=FEATURES).detectAndCompute(eight_bits(picture), None)
+    keys, seen = cv2.ORB.create(nfeatures=FEATURES).detectAndCompute(eight_bits(picture), None)
     points = np.array([key.pt for key in keys], np.float64).reshape(-1, 2)
     return points, np.empty((0, 32), np.uint8) if seen is None else np.asarray(seen, np.uint8)
 
@@ -33,6 +34,7 @@ def plain_homography(a: PlainFeatures, b: PlainFeatures) -> Points | None:
     return None if homography is None else np.asarray(homography, np.float64)
 
 
-def eight_bits(picture: NDArray[np.generic]) -> NDArray[np.uint8]:
+def eight_bits(picture: Picture) -> NDArray[np.uint8]:
     """Minimum to maximum as 0 to 255."""
-    return cv2.normalize(picture, None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+    grey = np.empty(picture.shape, np.uint8)
+    return np.asarray(cv2.normalize(picture, grey, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U), np.uint8)

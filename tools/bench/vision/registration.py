@@ -115,5 +115,5 @@ def _kept(kind: str, here: Points, there: Points) -> NDArray[np.bool_]:
         return np.ones(len(here), dtype=bool)
     epsilon = 40.0 if kind.endswith("40 px") else 20.0
     if kind.startswith("position and"):
-        return dbscan(np.column_stack((here, there - here)), epsilon) != NOISE
-    return (dbscan(here, epsilon) != NOISE) & (dbscan(there, epsilon) != NOISE)
+        return np.asarray(dbscan(np.column_stack((here, there - here)), epsilon) != NOISE)
+    return np.asarray((dbscan(here, epsilon) != NOISE) & (dbscan(there, epsilon) != NOISE))

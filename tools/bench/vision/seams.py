@@ -74,4 +74,5 @@ def _line(side: int, along: Points, inwards: float, width: int, height: int) -> 
 
 def _sampled(whole: NDArray[np.float32], points: Points) -> NDArray[np.float32]:
     at = points.astype(np.float32)
-    return cv2.remap(whole, at[:, :1], at[:, 1:], cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)[:, 0]
+    values = cv2.remap(whole, at[:, :1], at[:, 1:], cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+    return np.asarray(values[:, 0], np.float32)

@@ -78,7 +78,8 @@ def is_free(a: Place, b: Place, ground: Ground) -> bool:
 def free_place(ground: Ground, rng: np.random.Generator) -> Place:
     """A random place in the area, clear of obstacles."""
     while True:
-        place = tuple(float(rng.uniform(MARGIN, side - MARGIN)) for side in ground.area)
+        x, y = (float(rng.uniform(MARGIN, side - MARGIN)) for side in ground.area)
+        place = x, y
         if is_free(place, place, ground):
             return place
 

@@ -6,6 +6,7 @@ import argparse
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from rover.detection.ground.patch import LENGTH, SIDE, STATISTICS
 
 from tools.train.ground.fields import HELD_OUT_HOURS
@@ -15,7 +16,7 @@ from tools.train.measure import by_contrast, looks_as_markdown
 
 def ground_section(
     counts: dict[str, int],
-    results: dict[str, tuple[Looks, np.ndarray]],
+    results: dict[str, tuple[Looks, NDArray[np.float32]]],
     floor: float,
     driven: dict[str, tuple[str, str]],
     notes: dict[str, str],

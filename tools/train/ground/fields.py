@@ -153,7 +153,7 @@ def draw_pattern(camera: CameraModel, rng: np.random.Generator) -> NDArray[np.fl
     radius = np.hypot(u - camera.cx, v - camera.cy) / corner
     pattern = rng.normal(0, PIXEL_PATTERN, (height, width)) - VIGNETTING * radius**2
     pattern += rng.normal(0, ROW_PATTERN, (height, 1)) + rng.normal(0, COLUMN_PATTERN, (1, width))
-    return pattern.astype(np.float32)
+    return np.asarray(pattern, np.float32)
 
 
 def views(field: Field, camera: CameraModel, count: int, seed: int) -> Iterator[tuple[Pose2, Frame]]:

@@ -89,4 +89,5 @@ def _to_picture(
     """Metres (N,) from points to the line from an upright thing's foot to where its top appears."""
     along = drawn_out(foot, eye, height, mast) - foot
     share = np.clip((points - foot) @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-    return np.hypot(*(points - foot - share[:, None] * along).T)
+    away = points - foot - share[:, None] * along
+    return np.asarray(np.hypot(away[:, 0], away[:, 1]))

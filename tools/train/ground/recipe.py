@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import rover_hil.ground
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rover.detection.ground import candidates, detect, image, patch
@@ -13,7 +12,7 @@ from rover.vision.camera.model import CameraModel
 
 from tools.train.ground import fields, look, samples
 from tools.train.ground.samples import Looks, look_at_fields
-from tools.train.store import digest, kept
+from tools.train.store import Arrays, digest, kept
 
 # Fields of one stored part.
 PART = 100
@@ -34,7 +33,7 @@ def field_looks(
         when = "held-out" if held_out else "other"
         name = f"looks-{code}-{'+'.join(of_soils)}-{when}-{part.start}-{len(part)}-{frames}"
 
-        def make(part: range = part) -> dict[str, NDArray]:
+        def make(part: range = part) -> Arrays:
             title = f"fields {part.start} to {part.stop - 1}, {', '.join(of_soils)}"
             shown = track(part, title, console=Console(stderr=True))
             return dict(vars(look_at_fields(camera, of_soils, shown, frames, held_out)))

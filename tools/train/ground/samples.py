@@ -110,7 +110,10 @@ def look_at_fields(
     Those held out are to be judged, as the rover does it; from the others contrasts are learned as they are.
     """
     rectifier = GroundRectifier(camera)
-    vectors, rows, seen, field_of = [np.zeros((0, LENGTH), np.float32)], [], [], []
+    vectors = [np.zeros((0, LENGTH), np.float32)]
+    rows: list[tuple[float, ...]] = []
+    seen: list[tuple[float, ...]] = []
+    field_of: list[int] = []
     for seed in seeds:
         field = make_field(camera, soils, seed, data, held_out)
         if field is None:
@@ -130,10 +133,13 @@ def look_at_fields(
                 seen.append((look, number, kind_of(mines[number]), abs(mines[number].contrast_k)))
             field_of.append(seed)
     table = np.array(rows, np.float64).reshape(-1, 7).T
-    whole = [column.astype(np.int64) for column in table[:3]]
-    parts = [column.astype(np.float32) for column in table[3:]]
+    of_look, mine, kind = (column.astype(np.int64) for column in table[:3])
+    contrast, radius, to_mine, to_obstacle = (column.astype(np.float32) for column in table[3:])
     sights = np.array(seen, np.float32).reshape(-1, 4)
-    return Looks(np.concatenate(vectors), *whole, *parts, sights, np.array(field_of, np.int64))
+    of_field = np.array(field_of, np.int64)
+    return Looks(
+        np.concatenate(vectors), of_look, mine, kind, contrast, radius, to_mine, to_obstacle, sights, of_field
+    )
 
 
 _INDEX = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
@@ -143,7 +149,9 @@ WAYS = np.array([np.concatenate((*(way + n * SIDE * SIDE for n in range(PICTURES
 """(8, LENGTH): where each number of a vector comes from when its pictures are turned; 0 as it is, 4 mirrored."""
 
 
-def turned(vectors: NDArray[np.float32], labels: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.float32]:
+def turned(
+    vectors: NDArray[np.float32], labels: NDArray[np.integer], rng: np.random.Generator
+) -> NDArray[np.float32]:
     """The same candidates with their pictures turned by chance: neither heat nor soil knows a direction.
 
     What stands out of the ground is drawn out away from the camera: it is mirrored only.

@@ -68,7 +68,7 @@ def main(arguments: Sequence[str]) -> None:
 
     classifier = Classifier(options.out, GROUND)
     seen = tests(options.cache, SOIL_TEST_FIELDS)
-    results = {name: (looks, classifier.predict(looks.vectors)) for name, looks in seen.items()}
+    results = {name: (tested, classifier.predict(tested.vectors)) for name, tested in seen.items()}
     drives = {
         f"the demo mission, fields {FIRST_DRIVE} and on": False,
         f"other soils and hours, fields {FIRST_DRIVE} and on": True,
@@ -84,8 +84,8 @@ def main(arguments: Sequence[str]) -> None:
     counts = {name: int((labels == i).sum()) for i, name in enumerate(CLASSES)}
     text = ground_section(counts, results, LEAST_TESTED, driven, notes, sha256, options)
     write_section(options.out.parent / "README.md", options.out.name, text)
-    for name, (seen, p) in results.items():
-        print(f"\n{name}\n{measure.looks_as_markdown(seen, p, LEAST_TESTED)}")
+    for name, (tested, p) in results.items():
+        print(f"\n{name}\n{measure.looks_as_markdown(tested, p, LEAST_TESTED)}")
     print(f"\n{options.out}: {options.out.stat().st_size / 1e6:.2f} MB, {notes}, {time.monotonic() - begun:.0f} s")
 
 

@@ -69,7 +69,8 @@ def with_disc(picture: Grey, boxes: tuple[Box, ...], rng: np.random.Generator) -
 
 
 def _inside(distance: Grey, radius: float, edge: float) -> Grey:
-    return (1.0 / (1.0 + np.exp(np.clip((distance - radius) / edge, -30.0, 30.0)))).astype(np.float32)
+    share: Grey = (1.0 / (1.0 + np.exp(np.clip((distance - radius) / edge, -30.0, 30.0)))).astype(np.float32)
+    return share
 
 
 def _blades(shape: tuple[int, int], x: float, y: float, radius: float, rng: np.random.Generator) -> Grey:
@@ -79,7 +80,11 @@ def _blades(shape: tuple[int, int], x: float, y: float, radius: float, rng: np.r
         ends = rng.uniform(-1.3, 1.3, 4) * radius + (x, y, x, y)
         a, b, c, d = (round(e) for e in ends.tolist())
         cv2.line(mask, (a, b), (c, d), 1.0, max(1, round(radius * float(rng.uniform(0.02, 0.08)))), cv2.LINE_AA)
-    return cv2.GaussianBlur(mask, (0, 0), 0.7)
+    return _blurred(mask, 0.7)
+
+
+def _blurred(picture: Grey, sigma: float) -> Grey:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma), picture.dtype)
 
 
 def restyled(picture: Grey, rng: np.random.Generator) -> Grey:
@@ -87,10 +92,10 @@ def restyled(picture: Grey, rng: np.random.Generator) -> Grey:
     picture = 255.0 * (np.clip(picture, 0.0, 255.0) / 255.0) ** np.float32(rng.uniform(0.7, 1.4))
     picture = picture * np.float32(rng.uniform(0.5, 1.1)) + np.float32(rng.uniform(0, 20))
     if rng.random() < 0.3:
-        picture = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.5, 1.3)))
+        picture = _blurred(picture, float(rng.uniform(0.5, 1.3)))
     if rng.random() < 0.4:
         # Cameras that bring out detail also flatten what is wider than it.
-        low = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(2, 12)))
+        low = _blurred(picture, float(rng.uniform(2, 12)))
         flat = low.mean() + (low - low.mean()) * np.float32(rng.uniform(0.3, 1.0))
         picture = flat + (picture - low) * np.float32(rng.uniform(1.2, 3.0))
     if rng.random() < 0.3:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ from tools.train.picture.samples import (
     sample_picture,
 )
 from tools.train.picture.taught import Rows, Told, both, taught, unlabelled
-from tools.train.store import digest, kept
+from tools.train.store import Arrays, digest, kept
 
 # Rounds of the pictures: as on disk, and altered.
 TURNS = 3
@@ -56,12 +57,12 @@ SOURCES = tuple(Path(str(module.__file__)) for module in MODULES)
 def picture_samples(records: Sequence[Record], seed: int, cache: Path | None, turns: int = TURNS) -> PictureSamples:
     """Samples of every picture, `turns` times each."""
 
-    def make(turn: int) -> dict[str, NDArray]:
+    def make(turn: int) -> Arrays:
         parts = [sample_picture(record, number, turn, seed) for number, record in enumerate(records)]
         return dict(vars(PictureSamples.join(parts)))
 
     name = f"pictures-{digest(SOURCES)}-{seed}"
-    rounds = [kept(cache, f"{name}-{turn}", lambda turn=turn: make(turn)) for turn in range(turns)]
+    rounds = [kept(cache, f"{name}-{turn}", partial(make, turn)) for turn in range(turns)]
     return PictureSamples.join([PictureSamples(**arrays) for arrays in rounds])
 
 
@@ -92,7 +93,7 @@ def mirrored_logits(network: Network, vectors: NDArray[np.floating]) -> NDArray[
 
 def mirrored_mean(logits: NDArray[np.floating]) -> NDArray[np.floating]:
     """(4, N, 3) to probabilities (N, 3), as the rover judges."""
-    return np.mean([softmax(each) for each in logits], axis=0) if logits.size else logits[0]
+    return np.asarray(np.mean([softmax(each) for each in logits], axis=0)) if logits.size else logits[0]
 
 
 def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int, teach: bool = True) -> Learned:
@@ -100,17 +101,18 @@ def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int, teach: bo
     last, unless `teach` is False, taught by the second and boosting beside the labels."""
     mines, ground = drawn(samples, rows, seed)
     plain = samples.round == 0
-    index, *wanted = weighted(samples, mines[plain[mines]], ground[plain[ground]])
-    first = fit(samples.vectors[index], *wanted, FIRST_EPOCHS, seed, falling, varied)
+    index, labels, weights = weighted(samples, mines[plain[mines]], ground[plain[ground]])
+    first = fit(samples.vectors[index], labels, weights, FIRST_EPOCHS, seed, falling, varied)
     ground = np.union1d(ground, hardest(samples, rows, first))
     told = weighted(samples, mines, ground)
-    second = fit(samples.vectors[told[0]], *told[1:], EPOCHS, seed, falling, varied, AVERAGED)
+    index, labels, weights = told
+    second = fit(samples.vectors[index], labels, weights, EPOCHS, seed, falling, varied, AVERAGED)
     if not teach:
         return Learned(second, mines, ground, second)
     labelled = np.concatenate((mines, ground))
     asked = np.concatenate((labelled, unlabelled(samples, rows, labelled, seed)))
-    index, *wanted = taught(told, samples.truth, asked, both(second, samples, labelled, asked, seed))
-    network = fit(samples.vectors[index], *wanted, EPOCHS, seed, falling, varied, AVERAGED)
+    index, labels, weights = taught(told, samples.truth, asked, both(second, samples, labelled, asked, seed))
+    network = fit(samples.vectors[index], labels, weights, EPOCHS, seed, falling, varied, AVERAGED)
     return Learned(network, mines, ground, second)
 
 

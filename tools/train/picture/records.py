@@ -90,7 +90,7 @@ def _record(folder: Path, name: str, rows: list[dict[str, str]]) -> Record:
         first["session"],
         height,
         tuple(Box(*box, kind if mine else "") for box, mine in zip(boxes, own, strict=True)),
-        grey,
+        np.asarray(grey, np.uint8),
     )
 
 

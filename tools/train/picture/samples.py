@@ -51,7 +51,7 @@ class PictureSamples:
     def __len__(self) -> int:
         return len(self.truth)
 
-    def take(self, rows: NDArray) -> PictureSamples:
+    def take(self, rows: NDArray[np.intp]) -> PictureSamples:
         """Some of them."""
         return PictureSamples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 

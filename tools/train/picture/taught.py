@@ -44,7 +44,8 @@ def both(network: Network, samples: PictureSamples, labelled: Rows, rows: Rows, 
     """Probabilities (N, 3) of surface, buried and background for `rows`: half the network's, half those of boosting
     that learns from the labelled rows."""
     p = 0.5 * network_says(network, samples, rows) + 0.5 * boosting_says(samples, labelled, rows, seed)
-    return p / p.sum(axis=1, keepdims=True)
+    shares: NDArray[np.float64] = p / p.sum(axis=1, keepdims=True)
+    return shares
 
 
 def network_says(network: Network, samples: PictureSamples, rows: Rows) -> NDArray[np.float32]:

@@ -96,17 +96,18 @@ def _raw_picture(record: tuple[int, bytes], name: str) -> NDArray[np.uint16]:
     payload = content[RAW_HEADER_BYTES:]
     if payload.startswith(PNG_SIGNATURE):
         check_png(payload)
-        picture = cv2.imdecode(np.frombuffer(payload, np.uint8), cv2.IMREAD_UNCHANGED)
-        if picture is None or picture.dtype != np.uint16 or picture.ndim != 2:
+        decoded = cv2.imdecode(np.frombuffer(payload, np.uint8), cv2.IMREAD_UNCHANGED)
+        if decoded is None or decoded.dtype != np.uint16 or decoded.ndim != 2:
             raise ValueError("its PNG payload is not a readable 16-bit picture")
-        if picture.shape != (height, width):
-            raise ValueError(f"its PNG payload is {picture.shape[1]}×{picture.shape[0]}, announced {width}×{height}")
+        if decoded.shape != (height, width):
+            raise ValueError(f"its PNG payload is {decoded.shape[1]}×{decoded.shape[0]}, announced {width}×{height}")
+        picture = np.asarray(decoded, np.uint16)
     else:
         if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
             raise ValueError(f"{width}×{height} pixels")
         if len(payload) < 2 * width * height:
             raise ValueError(f"{len(payload)} bytes of pixels, {2 * width * height} expected")
-        picture = np.frombuffer(payload, "<u2", width * height).reshape(height, width)
+        picture = np.frombuffer(payload, np.dtype("<u2"), width * height).reshape(height, width)
     return smoother_byte_order(picture)
 
 

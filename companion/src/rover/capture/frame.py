@@ -46,7 +46,8 @@ class Frame:
         """Temperatures (H, W) in kelvin. Raises BadInput for raw counts."""
         if self.kelvin_per_count is None:
             raise BadInput(f"frame {self.sequence}: raw counts of {self.camera or 'its sensor'} are no temperatures")
-        return self.counts.astype(np.float32) * np.float32(self.kelvin_per_count)
+        kelvin: NDArray[np.float32] = self.counts.astype(np.float32) * np.float32(self.kelvin_per_count)
+        return kelvin
 
     @property
     def size(self) -> tuple[int, int]:

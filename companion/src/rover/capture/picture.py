@@ -48,9 +48,11 @@ def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
     if image.ndim == 3 and image.shape[2] > 1:
         image = cv2.cvtColor(image[:, :, :3], cv2.COLOR_BGR2GRAY)
     image = image.reshape(image.shape[:2])
-    if image.dtype not in (np.uint8, np.uint16):
-        raise BadInput(f"{file}: {image.dtype} pixels; 8 or 16 bits expected")
-    return image
+    if image.dtype == np.uint16:
+        return np.asarray(image, np.uint16)
+    if image.dtype == np.uint8:
+        return np.asarray(image, np.uint8)
+    raise BadInput(f"{file}: {image.dtype} pixels; 8 or 16 bits expected")
 
 
 def read_counts(path: Path | str) -> NDArray[np.uint16]:
@@ -58,7 +60,7 @@ def read_counts(path: Path | str) -> NDArray[np.uint16]:
     image = read_picture(path)
     if image.dtype != np.uint16:
         raise BadInput(f"{path}: 8-bit picture; thermal frames are 16 bits (kelvin × 100)")
-    return image
+    return image.astype(np.uint16, copy=False)
 
 
 def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:

@@ -62,7 +62,8 @@ def write_counts(path: Path, kelvin: NDArray[np.float32]) -> None:
 def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
     """Temperatures (H, W) as kelvin × 100, 0 where there is none (NaN)."""
     counts = np.nan_to_num(np.rint(kelvin / KELVIN_PER_COUNT), nan=0.0)
-    return np.clip(counts, 0, 65535).astype(np.uint16)
+    centikelvin: NDArray[np.uint16] = np.clip(counts, 0, 65535).astype(np.uint16)
+    return centikelvin
 
 
 def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:

@@ -34,11 +34,10 @@ Examples:
   rover detect ground.tif --metres-per-pixel 0.01
   rover detect frame.png --camera lepton-160 --threshold 0.5
 """
-TEXTURE_KELVIN = 0.6
-"""Standard deviation that the ground of a picture without kelvin is brought to, where kelvin are needed."""
-
+# By kind; only those that are needed.
 Networks = dict[str, "Classifier"]
-"""By kind; only those that are needed."""
+# Left, top, right and bottom edge, pixels of the picture.
+Corners = tuple[float, float, float, float]
 
 
 def command(
@@ -153,10 +152,6 @@ def load_networks(model: Path | None, scaled: bool, mounted: bool) -> Networks:
     return {kind: networks.get(kind) or Classifier(default_model(kind), kind) for kind in kinds}
 
 
-Corners = tuple[float, float, float, float]
-"""Left, top, right and bottom edge, pixels of the picture."""
-
-
 def in_grey(
     picture: Picture, metres_per_pixel: float | None, classifier: Classifier
 ) -> list[tuple[Corners, dict[str, float]]]:
@@ -179,10 +174,13 @@ def in_kelvin(
     picture: Picture, metres_per_pixel: float, classifier: Classifier
 ) -> list[tuple[Corners, dict[str, float]]]:
     """Detections of a radiometric picture taken from straight above."""
+    import numpy as np
+
+    from rover.capture.frame import Frame
     from rover.detection.ground.detect import DetectSettings, detect
     from rover.detection.ground.image import from_picture
 
-    ground = from_picture(temperatures(picture), metres_per_pixel)
+    ground = from_picture(Frame(picture.astype(np.uint16), 0.0, 0).kelvin(), metres_per_pixel)
     across, down = picture.shape[1] / ground.kelvin.shape[1], picture.shape[0] / ground.kelvin.shape[0]
     found = []
     for detection in detect(ground, classifier, DetectSettings()):
@@ -209,17 +207,6 @@ def in_view(picture: Picture, camera: CameraModel, classifier: Classifier) -> li
             (left, top), (right, bottom) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
             found.append(((left, top, right, bottom), detection.p))
     return found
-
-
-def temperatures(picture: Picture) -> NDArray[np.float32]:
-    """A picture (h, w) as kelvin: 16 bits are kelvin × 100; 8 bits tell no scale, so the ground's texture sets it."""
-    import numpy as np
-
-    if picture.dtype == np.uint16:
-        return picture.astype(np.float32) / np.float32(100.0)
-    values = picture.astype(np.float32)
-    spread = 1.4826 * float(np.median(np.abs(values - np.median(values))))
-    return values * np.float32(TEXTURE_KELVIN / max(spread, 1.0))
 
 
 def cut(corners: Corners, size: tuple[int, int]) -> list[float]:

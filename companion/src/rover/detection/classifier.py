@@ -98,4 +98,5 @@ class Classifier:
             raise BadInput(f"batch of shape {batch.shape}: (N, {self.length}) is expected")
         if not len(batch):
             return np.zeros((0, len(self.classes)), np.float32)
-        return self._session.run(None, {self._input: np.ascontiguousarray(batch, np.float32)})[0]
+        answer: NDArray[np.float32] = self._session.run(None, {self._input: np.ascontiguousarray(batch, np.float32)})[0]
+        return answer

@@ -103,7 +103,7 @@ class Evidence:
         bonus = np.array([0.06 * (1.0 - found.p["background"]) for found in detections])
         score = np.where(distance <= self.settings.associate_within, distance - bonus, np.inf)
         best = score.argmin(axis=1)
-        return np.where(np.isfinite(score.min(axis=1)), best, -1).tolist()
+        return [int(index) for index in np.where(np.isfinite(score.min(axis=1)), best, -1)]
 
     def _create(
         self, found: Detection, at: NDArray[np.float64], pose: Pose2, covariance: NDArray[np.float64], time: float

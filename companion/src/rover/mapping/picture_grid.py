@@ -45,8 +45,10 @@ class PictureGrid:
         if self._view is None or self._view.camera is not camera:
             self._view = CameraView(camera, 0.75 * self.resolution)
         view = self._view
-        hit = cv2.remap(standing_out.astype(np.uint8), view.maps, None, cv2.INTER_NEAREST)[:, 0] > 0
-        columns, rows = np.floor(pose.transform(view.points) / self.resolution).astype(np.intp).T
+        # The stub does not know that a map of two channels needs no second map.
+        shown = cv2.remap(standing_out.astype(np.uint8), view.maps, None, cv2.INTER_NEAREST)  # type: ignore[call-overload]
+        hit: NDArray[np.bool_] = shown[:, 0] > 0
+        columns, rows = np.floor(pose.transform(view.points.astype(np.float64)) / self.resolution).astype(np.intp).T
         inside = (rows >= 0) & (columns >= 0) & (rows < self.shape[0]) & (columns < self.shape[1])
         cells_hit, cells_seen = np.zeros(self.shape, bool), np.zeros(self.shape, bool)
         cells_seen[rows[inside], columns[inside]] = True

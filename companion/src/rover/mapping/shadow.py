@@ -53,10 +53,10 @@ def obstacle_cover(view: CameraView, detections: Sequence[ClassifiedSpot]) -> Co
             dx, dy = view.points[:, 0] - spot.x, view.points[:, 1] - spot.y
             explained |= dx * dx + dy * dy < (radius + EXPLAINED) ** 2
             continue
-        dx, dy = spot.x - view.camera.x, spot.y - view.camera.y
-        distance = math.hypot(dx, dy)
-        along = (view.offset[:, 0] * dx + view.offset[:, 1] * dy) / distance - distance
-        across = np.abs(view.offset[:, 1] * dx - view.offset[:, 0] * dy) / distance
+        ahead, aside = spot.x - view.camera.x, spot.y - view.camera.y
+        distance = math.hypot(ahead, aside)
+        along = (view.offset[:, 0] * ahead + view.offset[:, 1] * aside) / distance - distance
+        across = np.abs(view.offset[:, 1] * ahead - view.offset[:, 0] * aside) / distance
         near = across**2 + along**2
         obstacle |= near < radius**2
         core |= near < (0.5 * radius) ** 2

@@ -100,7 +100,8 @@ class SurveyGrid:
         return self._thermal_obstacles().astype(bool) | (self.sonar > OCCUPIED)
 
     def _thermal_obstacles(self) -> NDArray[np.uint8]:
-        return cv2.morphologyEx((self.thermal > OCCUPIED).astype(np.uint8), cv2.MORPH_OPEN, SMALLEST)
+        strong = (self.thermal > OCCUPIED).astype(np.uint8)
+        return np.asarray(cv2.morphologyEx(strong, cv2.MORPH_OPEN, SMALLEST), np.uint8)
 
     def view_polygon(self, camera: CameraModel) -> NDArray[np.float64]:
         """Convex outline (N, 2) in base_link of what `integrate_frame` marks as seen on open ground."""
@@ -113,8 +114,10 @@ class SurveyGrid:
         if self._view is None or self._view.camera is not camera:
             self._view = CameraView(camera, 0.75 * self.resolution)
         view = self._view
-        kelvin = cv2.remap(frame.kelvin(), view.maps, None, cv2.INTER_LINEAR)[:, 0]
-        columns, rows = np.floor(pose.transform(view.points) / self.resolution).astype(np.intp).T
+        # The stub does not know that a map of two channels needs no second map.
+        taken = cv2.remap(frame.kelvin(), view.maps, None, cv2.INTER_LINEAR)  # type: ignore[call-overload]
+        kelvin: NDArray[np.float32] = taken[:, 0]
+        columns, rows = np.floor(pose.transform(view.points.astype(np.float64)) / self.resolution).astype(np.intp).T
         inside = (rows >= 0) & (columns >= 0) & (rows < self.shape[0]) & (columns < self.shape[1])
         if not inside.any():
             return

@@ -23,4 +23,5 @@ def visible_anomalies(lightness: NDArray[np.floating] | NDArray[np.uint8]) -> ND
     away = levels - cv2.blur(levels, (side, side), borderType=cv2.BORDER_REFLECT)
     middle = float(np.median(away))
     spread = 1.4826 * float(np.median(np.abs(away - middle)))
-    return np.abs(away - middle) > max(LEAST_SIGMAS * spread, LEAST_LEVELS)
+    standing_out: NDArray[np.bool_] = np.abs(away - middle) > max(LEAST_SIGMAS * spread, LEAST_LEVELS)
+    return standing_out

@@ -99,7 +99,8 @@ def _ground(
 def _half(picture: NDArray[np.float32]) -> NDArray[np.float32]:
     """Means over squares of two by two pixels; an odd last row or column is left out."""
     rows, columns = picture.shape[0] // 2, picture.shape[1] // 2
-    return cv2.resize(picture[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA)
+    even = picture[: 2 * rows, : 2 * columns]
+    return np.asarray(cv2.resize(even, (columns, rows), interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _ladder(picture: NDArray[np.float32], scale: float) -> list[NDArray[np.float32]]:
@@ -107,9 +108,9 @@ def _ladder(picture: NDArray[np.float32], scale: float) -> list[NDArray[np.float
     steps = []
     before = 0.0
     for width in WIDTHS:
-        picture = cv2.GaussianBlur(
-            picture, (0, 0), math.sqrt(width**2 - before**2) / scale, borderType=cv2.BORDER_CONSTANT
-        )
+        sigma = math.sqrt(width**2 - before**2) / scale
+        blurred = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
+        picture = np.asarray(blurred, np.float32)
         steps.append(picture)
         before = width
     return steps

@@ -96,7 +96,8 @@ class GroundRectifier:
                 f"frame {frame.sequence}: {frame.size[0]}x{frame.size[1]} pixels, but camera {self.camera.name} "
                 f"has {self.camera.width}x{self.camera.height}"
             )
-        kelvin = cv2.remap(frame.kelvin(), *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        laid = cv2.remap(frame.kelvin(), *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        kelvin = np.asarray(laid, np.float32)
         median = float(np.median(kelvin[self.valid]))
         kelvin[~self.valid] = median
         eye = (self.camera.x, self.camera.y, self.camera.z)
@@ -124,6 +125,7 @@ def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> Grou
     scale = min(max(metres_per_pixel, METRES_PER_PIXEL), COARSEST)
     factor = metres_per_pixel / scale
     size = tuple(max(1, round(n * factor)) for n in picture.shape[::-1])
-    kelvin = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if factor < 1.0 else cv2.INTER_LINEAR)
+    resized = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if factor < 1.0 else cv2.INTER_LINEAR)
+    kelvin = np.asarray(resized, np.float32)
     rows, columns = kelvin.shape
     return GroundImage(kelvin, np.ones(kelvin.shape, bool), scale, (rows - 1) / 2 * scale, (columns - 1) / 2 * scale)

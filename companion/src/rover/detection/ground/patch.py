@@ -118,7 +118,9 @@ def _cut(image: GroundImage, candidates: Sequence[Candidate]) -> NDArray[np.floa
     return _sample(smooth, candidates, rows, columns, step).reshape(-1, SIDE, SIDE)
 
 
-def _surroundings(image: GroundImage, candidates: Sequence[Candidate]) -> tuple[NDArray, NDArray]:
+def _surroundings(
+    image: GroundImage, candidates: Sequence[Candidate]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Wide patches (N, SIDE²) and the numbers of the circles (N, ...), contrasts in squashed kelvin.
 
     Where the picture ends nothing is known: the wide patch is zero there, and the circles leave it out.
@@ -172,7 +174,10 @@ def _share(mask: bytes, shape: tuple[int, int], step: float) -> NDArray[np.float
 
 def _soften(picture: NDArray[np.float32], step: float) -> NDArray[np.float32]:
     """Means over squares of `step` pixels."""
-    return cv2.blur(picture, (max(1, round(step)),) * 2) if step > 1.5 else picture
+    if step <= 1.5:
+        return picture
+    side = round(step)
+    return np.asarray(cv2.blur(picture, (side, side)), np.float32)
 
 
 def _sample(
@@ -190,4 +195,5 @@ def _sample(
     map_y = centres[:, :1] + rows.reshape(1, -1).astype(np.float32)
     map_x = centres[:, 1:] + columns.reshape(1, -1).astype(np.float32)
     border = cv2.BORDER_REPLICATE if outside is None else cv2.BORDER_CONSTANT
-    return cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR, borderMode=border, borderValue=outside or 0.0)
+    values = cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR, borderMode=border, borderValue=outside or 0.0)
+    return np.asarray(values, np.float32)

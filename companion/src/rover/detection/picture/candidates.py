@@ -80,7 +80,8 @@ def _answers(maps: PictureMaps, channel: int, extents: list[float]) -> list[tupl
 def _blur(picture: Map, sigma: float, known: dict[tuple[int, int], Map], level: int) -> Map:
     key = (level, round(sigma * 1000.0))
     if key not in known:
-        known[key] = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_REFLECT_101)
+        blurred = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_REFLECT_101)
+        known[key] = np.asarray(blurred, np.float32)
     return known[key]
 
 

@@ -46,8 +46,8 @@ def detect_in_picture(
     p = judge(describe_spots(maps, spots), classifier)
     mine = _mine(p, classifier)
     return [
-        PictureDetection(*spots[i].tolist(), dict(zip(classifier.classes, p[i].tolist(), strict=True)))
-        for i in thin(spots, mine, MOST)
+        PictureDetection(x, y, extent, dict(zip(classifier.classes, probabilities, strict=True)))
+        for (x, y, extent), probabilities in ((spots[i].tolist(), p[i].tolist()) for i in thin(spots, mine, MOST))
     ]
 
 
@@ -70,13 +70,14 @@ def judge(vectors: NDArray[np.float32], classifier: Classifier) -> NDArray[np.fl
 
 
 def _mine(p: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
-    return p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
+    mine: NDArray[np.float32] = p[:, [classifier.classes.index(name) for name in MINES]].sum(axis=1)
+    return mine
 
 
-def thin(spots: NDArray[np.float32], score: NDArray[np.floating], most: int) -> list[int]:
+def thin(spots: NDArray[np.float32], score: NDArray[np.float32], most: int) -> list[int]:
     """Indices of the spots that stay, highest score first: none within another's place."""
     order = np.argsort(-score, kind="stable")
     x, y, extent = spots[order].T
     apart = np.maximum(np.abs(x[:, None] - x), np.abs(y[:, None] - y))
     same = apart <= SAME * np.maximum(extent[:, None], extent)
-    return order[first_of_each(same, most)].tolist()
+    return [int(index) for index in order[first_of_each(same, most)]]

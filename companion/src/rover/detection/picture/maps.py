@@ -25,7 +25,6 @@ FLOOR = 1.0
 LEAST_SPREAD = 2.0
 SMALLEST_LEVEL = 24
 BANDS = 4
-CHANNELS = ("brightness", "texture", "fine texture")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +46,8 @@ class PictureMaps:
 
     def to_level(self, place: Map, level: int) -> Map:
         """Coordinates in the picture, its first pixel from 0 to 1, to indices of pixels of a level."""
-        return (place / np.float32(self.step) - np.float32(0.5)) / np.float32(2.0**level)
+        index: Map = (place / np.float32(self.step) - np.float32(0.5)) / np.float32(2.0**level)
+        return index
 
     def by_level(self, spots: Map, coarser: int) -> Iterator[tuple[int, NDArray[np.intp]]]:
         """Levels and the spots (N, 3) that are sampled there, 10 to 20 pixels wide, or so many levels coarser."""
@@ -71,15 +71,14 @@ def picture_maps(grey: Map) -> PictureMaps:
     height, width = grey.shape
     shrink = max(1.0, max(height, width) / LARGEST)
     if shrink > 1.0:
-        grey = cv2.resize(grey, (round(width / shrink), round(height / shrink)), interpolation=cv2.INTER_AREA)
+        grey = _shrunk(grey, (round(width / shrink), round(height / shrink)))
     half = 2.0 if max(grey.shape) > FULL_SIZE else 1.0
     size = (round(grey.shape[1] / half), round(grey.shape[0] / half))
-    base = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if half > 1.0 else grey
+    base = _shrunk(grey, size) if half > 1.0 else grey
     # In place where it can be: large arrays cost more to fetch than to fill.
-    coarse = cv2.GaussianBlur(base, (0, 0), 2.0)
-    coarse = cv2.GaussianBlur(_squared_difference(base, coarse), (0, 0), 2.0)
-    fine = _squared_difference(grey, cv2.blur(grey, (3, 3)))
-    fine = cv2.blur(cv2.resize(fine, size, interpolation=cv2.INTER_AREA) if half > 1.0 else fine, (5, 5))
+    coarse = _smooth(_squared_difference(base, _smooth(base)))
+    fine = _squared_difference(grey, _mean(grey, 3))
+    fine = _mean(_shrunk(fine, size) if half > 1.0 else fine, 5)
     rough = [_half_logarithm(energy) for energy in (coarse, fine)]
     few = base[::2, ::2]
     median = float(np.median(few))
@@ -88,6 +87,18 @@ def picture_maps(grey: Map) -> PictureMaps:
     return PictureMaps(
         levels, half * shrink, median, max(spread, LEAST_SPREAD), _coarseness(levels[0]), (width, height)
     )
+
+
+def _shrunk(picture: Map, size: tuple[int, int]) -> Map:
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _smooth(picture: Map) -> Map:
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 2.0), np.float32)
+
+
+def _mean(picture: Map, side: int) -> Map:
+    return np.asarray(cv2.blur(picture, (side, side)), np.float32)
 
 
 def _squared_difference(picture: Map, other: Map) -> Map:
@@ -109,14 +120,14 @@ def _coarseness(levels: tuple[Map, ...]) -> Map:
     found = np.zeros(BANDS, np.float32)
     for band in range(min(BANDS, len(levels))):
         level = levels[band]
-        found[band] = np.log(float((level - cv2.blur(level, (3, 3))).std()) + 0.1)
-    return found - found.mean()
+        found[band] = np.log(float((level - _mean(level, 3)).std()) + 0.1)
+    return np.asarray(found - found.mean(), np.float32)
 
 
 def _pyramid(base: Map) -> tuple[Map, ...]:
     levels = [base]
     while min(levels[-1].shape) >= 2 * SMALLEST_LEVEL:
-        levels.append(cv2.pyrDown(levels[-1]))
+        levels.append(np.asarray(cv2.pyrDown(levels[-1]), np.float32))
     return tuple(levels)
 
 

@@ -93,7 +93,8 @@ def _pooled(patches: Block, factor: int) -> Block:
 
 def _normal(patches: Block) -> Block:
     flat = patches.reshape(len(patches), -1)
-    return flat / (flat.std(axis=1, keepdims=True) + np.float32(1.0))
+    normal: Block = flat / (flat.std(axis=1, keepdims=True) + np.float32(1.0))
+    return normal
 
 
 def _gradients(patches: Block) -> Block:
@@ -107,4 +108,5 @@ def _gradients(patches: Block) -> Block:
         rising, plain = (_pooled(part, SIDE // CELLS) for part in (np.maximum(along, 0.0), along))
         parts += [rising, np.maximum(rising - plain, 0.0)]
     found = np.stack(parts, axis=1).reshape(len(patches), -1)
-    return np.sqrt(found / (found.mean(axis=1, keepdims=True) + np.float32(0.2)))
+    root: Block = np.sqrt(found / (found.mean(axis=1, keepdims=True) + np.float32(0.2)))
+    return root

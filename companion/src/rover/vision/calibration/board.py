@@ -56,7 +56,8 @@ def stretched(picture: NDArray[Any]) -> NDArray[np.uint8]:
     """A picture (H, W) of 8 or 16 bits as 8 bits of full contrast; hot pixels and dead ones don't set the limits."""
     low, high = np.percentile(picture, STRETCH_PERCENTILES)
     scale = 255.0 / max(float(high - low), 1.0)
-    return np.clip((picture.astype(np.float32) - low) * scale, 0.0, 255.0).astype(np.uint8)
+    grey: NDArray[np.uint8] = np.clip((picture.astype(np.float32) - low) * scale, 0.0, 255.0).astype(np.uint8)
+    return grey
 
 
 def find_board(picture: NDArray[Any], board: Board) -> Points | None:
@@ -65,7 +66,8 @@ def find_board(picture: NDArray[Any], board: Board) -> Points | None:
     factor = max(1, -(-WORKING_WIDTH // grey.shape[1]))
     large = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC) if factor > 1 else grey
     for polarity in (large, cv2.bitwise_not(large)):
-        found = _circles(polarity, board) if board.circles else _corners(polarity, board)
+        look = _circles if board.circles else _corners
+        found = look(np.asarray(polarity, np.uint8), board)
         if found is not None:
             points = (found + 0.5) / factor - 0.5
             return points if board.circles else refine_saddles(grey, points, board.columns)
@@ -80,7 +82,7 @@ def _corners(grey: NDArray[np.uint8], board: Board) -> Points | None:
         good, corners = cv2.findChessboardCorners(cv2.GaussianBlur(grey, (0, 0), 1.5), size, flags=flags)
     if not good or corners is None or len(corners) != board.columns * board.rows:
         return None
-    spacing = _spacing(corners.reshape(-1, 2), board)
+    spacing = _spacing(corners.reshape(-1, 2).astype(np.float64), board)
     half = int(max(2, SUBPIX_SHARE * spacing))
     smooth = cv2.GaussianBlur(grey, (0, 0), SMOOTH_SHARE * spacing)
     criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
@@ -89,7 +91,7 @@ def _corners(grey: NDArray[np.uint8], board: Board) -> Points | None:
 
 
 def _circles(grey: NDArray[np.uint8], board: Board) -> Points | None:
-    settings = cv2.SimpleBlobDetector_Params()
+    settings = cv2.SimpleBlobDetector.Params()
     settings.minArea = 12.0
     settings.maxArea = grey.size / (board.columns * board.rows)
     settings.minDistBetweenBlobs = 4.0

@@ -48,7 +48,7 @@ def find_box(picture: NDArray[Any]) -> Points | None:
             rough = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True).reshape(-1, 2)
             inside = outline.min() > 0 and (outline.reshape(-1, 2).max(axis=0) < np.array(mask.shape[::-1]) - 1).all()
             if len(rough) == 4 and inside and SMALLEST_SHARE < share < LARGEST_SHARE and (not best or share > best[0]):
-                best = share, _sharpened(polarity, rough.astype(np.float64), float(limit))
+                best = share, _sharpened(np.asarray(polarity, np.uint8), rough.astype(np.float64), float(limit))
     if best is None:
         return None
     corners = best[1]

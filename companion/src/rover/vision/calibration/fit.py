@@ -41,7 +41,8 @@ class Fit:
     @property
     def view_rms(self) -> Array:
         """The same for each view, (V,)."""
-        return np.sqrt(2.0 * np.mean(self.residuals**2, axis=1))
+        rms: Array = np.sqrt(2.0 * np.mean(self.residuals**2, axis=1))
+        return rms
 
 
 def fit(residuals: Residuals, shared: Array, poses: Array) -> Fit:
@@ -83,18 +84,21 @@ def fit(residuals: Residuals, shared: Array, poses: Array) -> Fit:
 def rigid(poses: Array, points: Array) -> Array:
     """Points (N, 3) moved by each pose (V, 6): (V, N, 3)."""
     rotations = np.stack([cv2.Rodrigues(pose[:3])[0] for pose in poses])
-    return np.einsum("vij,nj->vni", rotations, points) + poses[:, None, 3:]
+    moved: Array = np.einsum("vij,nj->vni", rotations, points) + poses[:, None, 3:]
+    return moved
 
 
 def _squared(jacobian: Array, weights: Array) -> Array:
     # Not through the BLAS: its threads cost more than these small products on a machine with other work.
-    return np.einsum("ri,rj->ij", jacobian * weights.reshape(-1, 1), jacobian)
+    product: Array = np.einsum("ri,rj->ij", jacobian * weights.reshape(-1, 1), jacobian)
+    return product
 
 
 def _weights(residuals: Array) -> Array:
     size = np.abs(residuals)
     scale = max(CAUCHY * 1.4826 * float(np.median(size)), 1e-6)
-    return 1.0 / (1.0 + (size / scale) ** 2)
+    weights: Array = 1.0 / (1.0 + (size / scale) ** 2)
+    return weights
 
 
 def _jacobian(residuals: Residuals, shared: Array, poses: Array) -> Array:

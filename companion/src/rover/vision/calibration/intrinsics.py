@@ -172,7 +172,8 @@ def _calibration(start: CameraModel, freedom: Freedom, result: Fit, observed: Po
 
 def _normals(poses: Points) -> Points:
     normals = np.stack([cv2.Rodrigues(pose[:3])[0][:, 2] for pose in poses])
-    return normals * np.sign(normals[:, 2:])  # a board has no back
+    facing: Points = normals * np.sign(normals[:, 2:])  # a board has no back
+    return facing
 
 
 def _tilts(poses: Points) -> Points:

@@ -128,4 +128,5 @@ def _angle_change(camera: CameraModel, axis: int) -> Points:
         vector[axis] = sign * step
         turns.append(np.array(angles_of(cv2.Rodrigues(vector)[0] @ camera.base_from_camera)))
     change = turns[0] - turns[1]
-    return (change + math.pi) % (2.0 * math.pi) / (2.0 * step) - math.pi / (2.0 * step)
+    wrapped: Points = (change + math.pi) % (2.0 * math.pi) / (2.0 * step) - math.pi / (2.0 * step)
+    return wrapped

@@ -1,6 +1,6 @@
 """The thermal and the visible camera of one rover: their relative pose, and one's picture on the other's at the ground.
 
-From a board that both see, or from matched points on the ground.
+Both come from views of a board that the two cameras see at the same time.
 """
 
 from __future__ import annotations
@@ -19,9 +19,6 @@ from rover.vision.calibration.intrinsics import board_pose, project
 from rover.vision.camera.model import CameraModel
 
 Points = NDArray[np.float64]
-
-FEWEST_MATCHES = 6
-RANSAC_PX = 3.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ def pair_from_board(
         return (both - observed).reshape(len(observed), -1)
 
     found = fit(residuals, start, poses)
-    rotation = cv2.Rodrigues(found.shared[:3])[0]
+    rotation = np.asarray(cv2.Rodrigues(found.shared[:3])[0], np.float64)
     return Pair(rotation, found.shared[3:], found.covariance, found.rms, found.view_rms)
 
 
@@ -75,21 +72,8 @@ def ground_homography(first: CameraModel, second: CameraModel, pair: Pair) -> Po
     up = first.base_from_camera.T @ np.array([0.0, 0.0, 1.0])  # the ground's normal in the optical frame
     plane = pair.rotation - np.outer(pair.translation, up) / first.z
     homography = second.matrix @ plane @ np.linalg.inv(first.matrix)
-    return homography / homography[2, 2]
-
-
-def homography_from_matches(first: Points, second: Points) -> tuple[Points, Points]:
-    """(3, 3) from points (N, 2) to (N, 2), and each one's error in pixels; false matches are left out (RANSAC).
-
-    Raises BadInput for too few points, or points that agree on none.
-    """
-    if len(first) < FEWEST_MATCHES:
-        raise BadInput(f"matches: {len(first)} are given, at least {FEWEST_MATCHES} are needed")
-    homography, inliers = cv2.findHomography(first, second, cv2.RANSAC, RANSAC_PX)
-    if homography is None or int(inliers.sum()) < FEWEST_MATCHES:
-        raise BadInput(f"matches: fewer than {FEWEST_MATCHES} agree on one plane within {RANSAC_PX:g} px")
-    laid = cv2.perspectiveTransform(first.reshape(-1, 1, 2), homography).reshape(-1, 2)
-    return homography, np.linalg.norm(laid - second, axis=1)
+    normal: Points = homography / homography[2, 2]
+    return normal
 
 
 def _relative(first: Points, second: Points) -> Points:

@@ -23,14 +23,16 @@ FARTHEST_SHARE = 0.3
 def refine_saddles(grey: NDArray[np.uint8], corners: Points, columns: int) -> Points:
     """The corners (N, 2) of a picture (H, W), in rows of `columns`, each moved onto its saddle."""
     grid = corners.reshape(-1, columns, 2)
-    along, across = np.gradient(grid, axis=1).reshape(-1, 2), np.gradient(grid, axis=0).reshape(-1, 2)
+    along, across = (np.asarray(np.gradient(grid, axis=axis)).reshape(-1, 2) for axis in (1, 0))
     spacing = float(min(np.linalg.norm(along, axis=1).min(), np.linalg.norm(across, axis=1).min()))
     pixels, inside = _windows(corners, max(2.0, WINDOW_SHARE * spacing), grey.shape)
     values = grey[pixels[..., 1], pixels[..., 0]].astype(np.float64)
     middle, contrast = values.mean(axis=1), values.std(axis=1)
-    theta = [np.arctan2(way[:, 1], way[:, 0]) for way in (along, across)]
-    sign = np.sign(((values - middle[:, None]) * _saddle(pixels, corners, *theta, 1.0) * inside).sum(axis=1))
-    shape = np.column_stack((corners, *theta, middle, np.where(sign == 0, 1, sign) * contrast, np.ones(len(corners))))
+    first, second = (np.arctan2(way[:, 1], way[:, 0]) for way in (along, across))
+    sign = np.sign(((values - middle[:, None]) * _saddle(pixels, corners, first, second, 1.0) * inside).sum(axis=1))
+    shape = np.column_stack(
+        (corners, first, second, middle, np.where(sign == 0, 1, sign) * contrast, np.ones(len(corners)))
+    )
     damping = np.full(len(shape), 1e-2)
     error = _error(pixels, values, inside, shape)
     for _ in range(ROUNDS):
@@ -71,7 +73,8 @@ def _saddle(pixels: NDArray[np.int64], at: Points, first: Points, second: Points
         np.tanh((offset[..., 1] * np.cos(angle)[:, None] - offset[..., 0] * np.sin(angle)[:, None]) / width)
         for angle in (first, second)
     ]
-    return edges[0] * edges[1]
+    model: Points = edges[0] * edges[1]
+    return model
 
 
 def _error(pixels: NDArray[np.int64], values: Points, inside: NDArray[np.bool_], shape: Points) -> Points:

@@ -61,12 +61,12 @@ class CameraModel:
 
     @staticmethod
     def from_fov(
-        name: str, width: int, height: int, hfov: float, vfov: float | None = None, **mount: float
+        name: str, width: int, height: int, hfov: float, vfov: float | None = None
     ) -> CameraModel:
-        """A camera known by its angles in radians (eq. 9, 10); without `vfov` its pixels are square."""
+        """A camera known by its angles in radians (eq. 9, 10), not mounted; without `vfov` its pixels are square."""
         fx = focal_from_fov(width, hfov)
         fy = fx if vfov is None else focal_from_fov(height, vfov)
-        return CameraModel(name, width, height, fx, fy, (width - 1) / 2.0, (height - 1) / 2.0, **mount)
+        return CameraModel(name, width, height, fx, fy, (width - 1) / 2.0, (height - 1) / 2.0)
 
     @cached_property
     def matrix(self) -> Points:
@@ -82,7 +82,8 @@ class CameraModel:
         about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
         about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
         about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
-        return about_z @ about_y @ about_x @ OPTICAL_IN_LEVEL
+        rotation: Points = about_z @ about_y @ about_x @ OPTICAL_IN_LEVEL
+        return rotation
 
     @property
     def position(self) -> Points:
@@ -153,7 +154,8 @@ class CameraModel:
         rays = (rays / np.linalg.norm(rays, axis=1, keepdims=True)) @ self.base_from_camera.T
         down = -rays[:, 2]
         reach = self.z / np.where(down > MIN_DEPRESSION_SINE, down, np.nan)
-        return rays[:, :2] * reach[:, None] + (self.x, self.y)
+        ground: Points = rays[:, :2] * reach[:, None] + (self.x, self.y)
+        return ground
 
     def check_size(self, shape: tuple[int, ...], name: str) -> None:
         """Raises BadInput naming the picture `name` whose shape (H, W) is not this camera's."""
@@ -169,7 +171,9 @@ class CameraModel:
         plain = np.column_stack(((u.ravel() - self.cx - self.skew * (v.ravel() - self.cy) / self.fy) / self.fx,
                                  (v.ravel() - self.cy) / self.fy))  # fmt: skip
         source = self.normalized_to_pixel(plain).reshape(self.height, self.width, 2).astype(np.float32)
-        return cv2.remap(picture, source, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        straight: NDArray[Any] = cv2.remap(picture, source[..., 0], source[..., 1], cv2.INTER_LINEAR,
+                                           borderMode=cv2.BORDER_REPLICATE)  # fmt: skip
+        return straight
 
     @cached_property
     def ground_lookup(self) -> NDArray[np.float32]:

@@ -134,7 +134,8 @@ def consensus_planar(known: Points, seen: Points, pixel_m: Points, settings: Gro
     off_y *= off_y
     off_x += off_y
     agree = off_x <= np.square(1.5 * tolerance).astype(np.float32)
-    return agree[int(agree.sum(axis=1).argmax())]
+    best: Mask = agree[int(agree.sum(axis=1).argmax())]
+    return best
 
 
 def consensus_pnp(known: Points, normalized: Points, camera: CameraModel, settings: GroundPoseSettings) -> Mask | None:
@@ -169,7 +170,8 @@ def rigid_fit(known: Points, seen: Points) -> Pose2:
 def reprojection_error(known: Points, normalized: Points, camera: CameraModel, pose: Pose2) -> Points:
     """Distance in pixels (N,) between where the points are seen and where they would be from `pose`."""
     expected, _ = camera.ground_to_normalized(pose.inverse().transform(known))
-    return np.hypot(*((expected - normalized) * (camera.fx, camera.fy)).T)
+    off_u, off_v = ((expected - normalized) * (camera.fx, camera.fy)).T
+    return np.asarray(np.hypot(off_u, off_v))
 
 
 def refine(

@@ -74,4 +74,4 @@ class GroundView:
     def look(self, image: NDArray[np.float32]) -> NDArray[np.float32]:
         """A picture of the camera (H, W) laid onto the ground; outside of it the edge is repeated."""
         u, v = self._maps
-        return cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32)

@@ -107,14 +107,15 @@ class KeyframeStore:
         x = ct * self._samples[:, 0] - st * self._samples[:, 1] + shift_x[:, None]
         y = st * self._samples[:, 0] + ct * self._samples[:, 1] + shift_y[:, None]
         uv = self.camera.ground_to_pixel(np.column_stack((x.ravel(), y.ravel())))
-        return self.camera.inside(uv).reshape(x.shape).mean(axis=1)
+        share: Points = self.camera.inside(uv).reshape(x.shape).mean(axis=1)
+        return share
 
     def candidates(self, overlap: Points) -> list[int]:
         """Which keyframes to look at: the oldest that overlap enough, and last the one that overlaps most."""
         usable = np.flatnonzero(overlap >= self.settings.enough)
         if len(usable) == 0:
             return []
-        chosen = usable[: self.settings.tries].tolist()
+        chosen = [int(index) for index in usable[: self.settings.tries]]
         best = int(usable[overlap[usable].argmax()])
         if best not in chosen:
             chosen[-1 if len(chosen) == self.settings.tries else len(chosen) :] = [best]

@@ -132,7 +132,8 @@ class Localizer:
     @property
     def covariance(self) -> Array:
         """(3, 3) of x, y, heading of the newest pose."""
-        return self._front_covariance[:3, :3].copy()
+        covariance: Array = self._front_covariance[:3, :3].copy()
+        return covariance
 
     @property
     def lost(self) -> bool:

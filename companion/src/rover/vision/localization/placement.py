@@ -101,4 +101,5 @@ def _near(area: tuple[Pose2, float], seen: Array, known: Array) -> NDArray[np.bo
     there = known.astype(np.float32)
     dx = here[:, 0, None] - there[None, :, 0]
     dy = here[:, 1, None] - there[None, :, 1]
-    return dx * dx + dy * dy < np.float32(radius * radius)
+    near: NDArray[np.bool_] = dx * dx + dy * dy < np.float32(radius * radius)
+    return near

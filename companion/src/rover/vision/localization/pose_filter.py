@@ -45,7 +45,8 @@ class PoseFilter:
     @property
     def robot_covariance(self) -> Array:
         """(5, 5): x, y, heading, slips."""
-        return self.covariance[:ROBOT, :ROBOT].copy()
+        covariance: Array = self.covariance[:ROBOT, :ROBOT].copy()
+        return covariance
 
     def keyframe_pose(self, index: int) -> Pose2:
         """The present estimate of a keyframe's pose in the map."""
@@ -60,7 +61,8 @@ class PoseFilter:
     @property
     def keyframe_covariance(self) -> Array:
         """Of all keyframes' x, y, heading, (3K, 3K)."""
-        return self.covariance[ROBOT:, ROBOT:].copy()
+        covariance: Array = self.covariance[ROBOT:, ROBOT:].copy()
+        return covariance
 
     def propagate(self, robot: Array, jacobian: Array, added: Array) -> None:
         """The robot moves to `robot` (5,); `jacobian` and `added` (5, 5) as composed over all steps in between."""

@@ -8,16 +8,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.vision.registration.homography import apply_homography
-from rover.vision.registration.refine import RefineSettings, follow, lay
+from rover.vision.registration.refine import RefineSettings, follow, lay, strongest_corners
 from rover.vision.registration.register import Picture, Prepared, RegistrationSettings, prepare, register_prepared
 
 Points = NDArray[np.float64]
 Progress = Callable[[int, int], None]
+# Corners that tie two pictures together are at least this far apart.
+TIE_SPACING_PX = 12.0
 RIGHT, DOWN = np.array([1.0, 0.0]), np.array([0.0, 1.0])
 
 
@@ -134,7 +135,8 @@ def _chained(reference: int, group: list[int], edges: dict[tuple[int, int], Poin
 
 
 def _normal(homography: Points) -> Points:
-    return homography / homography[2, 2]
+    normal: Points = homography / homography[2, 2]
+    return normal
 
 
 def _overlapping(
@@ -162,14 +164,12 @@ def _tie(nodes: list[Prepared], a: int, b: int, homography: Points, settings: Gr
     laid = lay(nodes[a].sharp, nodes[b].sharp, homography)
     if laid is None:
         return []
-    corners = cv2.goodFeaturesToTrack(laid[0], settings.corners, settings.follow.quality, 12, mask=laid[1])
-    if corners is None:
-        return []
-    start = corners.reshape(-1, 2).astype(np.float64)
+    start = strongest_corners(laid[0], settings.corners, settings.follow.quality, TIE_SPACING_PX, laid[1])
     there, good = follow(laid[0], nodes[b].sharp, start, settings.follow)
     if good.sum() < 8:
         return []
-    return [Tie(a, b, apply_homography(np.linalg.inv(homography), start[good]), there[good])]
+    back = np.asarray(np.linalg.inv(homography), np.float64)
+    return [Tie(a, b, apply_homography(back, start[good]), there[good])]
 
 
 def solve(

@@ -61,8 +61,10 @@ def stitch(pictures: Sequence[Picture], placement: Placement) -> tuple[Picture, 
     shown = weights > 1e-6
     top = np.iinfo(pictures[numbers[0]].dtype).max
     mean = np.divide(total, weights, out=np.zeros_like(total), where=shown)
-    mosaic = np.where(shown, np.clip(np.rint(mean), 0, top), 0).astype(pictures[numbers[0]].dtype)
-    return mosaic, shift
+    rounded = np.where(shown, np.clip(np.rint(mean), 0, top), 0)
+    if pictures[numbers[0]].dtype == np.uint8:
+        return rounded.astype(np.uint8), shift
+    return rounded.astype(np.uint16), shift
 
 
 def _corners(picture: Picture) -> Points:

@@ -63,6 +63,9 @@ def _clustered(
 def clustered_matches(a: Points, b: Points, settings: RegistrationSettings) -> NDArray[np.bool_]:
     """Which matched points (N, 2) DBSCAN does not call noise, (N,); points and epsilon in widths of their pictures."""
     if settings.cluster == "displacement":
-        return dbscan(np.column_stack((a, b - a)), settings.epsilon, settings.min_points) != NOISE
-    apart = (dbscan(points, settings.epsilon, settings.min_points) != NOISE for points in (a, b))
-    return np.logical_and(*apart)
+        return _grouped(np.column_stack((a, b - a)), settings)
+    return _grouped(a, settings) & _grouped(b, settings)
+
+
+def _grouped(points: Points, settings: RegistrationSettings) -> NDArray[np.bool_]:
+    return np.asarray(dbscan(points, settings.epsilon, settings.min_points) != NOISE)

@@ -7,6 +7,7 @@ of every cell of a grid are kept, so that one hot rock does not take them all.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -63,7 +64,7 @@ class FeatureDetector:
     def __post_init__(self) -> None:
         s = self.settings
         self.threshold = self.threshold or s.threshold_start
-        self._orb = cv2.ORB_create(
+        self._orb = cv2.ORB.create(
             nfeatures=s.surplus * s.count,
             scaleFactor=s.scale,
             nlevels=s.levels,
@@ -79,16 +80,17 @@ class FeatureDetector:
             return NO_FEATURES
         height, width = picture.shape
         chosen = spread(keypoints, width, height, self.settings)
-        keypoints, descriptors = self._orb.compute(picture, [keypoints[i] for i in chosen])
-        if descriptors is None:
-            return NO_FEATURES
-        points = cv2.KeyPoint_convert(keypoints).astype(np.float64)
+        keypoints, computed = self._orb.compute(picture, [keypoints[i] for i in chosen])
+        if computed is None:
+            return NO_FEATURES  # type: ignore[unreachable]  # the stub does not know that there may be none
+        descriptors = np.asarray(computed, np.uint8)
+        points = np.asarray(cv2.KeyPoint.convert(keypoints), np.float64)
         if self.settings.levels == 1:
             return Features(points, descriptors, np.ones(len(points)))
         octave = np.array([k.octave for k in keypoints], dtype=np.float64)
         return Features(points, descriptors, self.settings.scale**octave)
 
-    def _keypoints(self, picture: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> tuple[cv2.KeyPoint, ...]:
+    def _keypoints(self, picture: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> Sequence[cv2.KeyPoint]:
         """At most two tries: a picture much poorer than the last gets a lower threshold at once."""
         s = self.settings
         self._orb.setFastThreshold(self.threshold)
@@ -104,11 +106,11 @@ class FeatureDetector:
         return keypoints
 
 
-def spread(keypoints: tuple[cv2.KeyPoint, ...], width: int, height: int, settings: FeatureSettings) -> NDArray[np.intp]:
+def spread(keypoints: Sequence[cv2.KeyPoint], width: int, height: int, settings: FeatureSettings) -> NDArray[np.intp]:
     """Indices of at most `count` keypoints: the cells of a grid take turns, each giving its strongest first."""
     if len(keypoints) <= settings.count:
         return np.arange(len(keypoints))
-    points = cv2.KeyPoint_convert(keypoints).astype(np.float64)
+    points = np.asarray(cv2.KeyPoint.convert(keypoints), np.float64)
     response = np.array([k.response for k in keypoints])
     column = np.minimum((points[:, 0] * settings.columns / width).astype(int), settings.columns - 1)
     row = np.minimum((points[:, 1] * settings.rows / height).astype(int), settings.rows - 1)

@@ -11,4 +11,5 @@ Points = NDArray[np.float64]
 def apply_homography(homography: Points, points: Points) -> Points:
     """Points (N, 2) through a homography (3, 3)."""
     mapped = points @ homography[:, :2].T + homography[:, 2]
-    return mapped[:, :2] / mapped[:, 2:]
+    laid: Points = mapped[:, :2] / mapped[:, 2:]
+    return laid

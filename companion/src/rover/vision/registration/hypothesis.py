@@ -88,7 +88,8 @@ def similarity(
         points_a, points_b, method=cv2.RANSAC, ransacReprojThreshold=tolerance, maxIters=3000, confidence=0.999
     )
     if found is None:
-        return None, np.zeros(len(points_a), bool)
+        # The stub does not know that there may be none.
+        return None, np.zeros(len(points_a), bool)  # type: ignore[unreachable]
     return np.vstack((found, (0.0, 0.0, 1.0))), agree.ravel() > 0
 
 

@@ -26,7 +26,8 @@ class MatchSettings:
 
 def signs(descriptors: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Descriptors (N, 32) as (N, 256) of -1 and +1: their product tells how many bits agree, exactly."""
-    return _SIGNS[descriptors].reshape(len(descriptors), BITS)
+    found: NDArray[np.float32] = _SIGNS[descriptors].reshape(len(descriptors), BITS)
+    return found
 
 
 def hamming(descriptors_a: NDArray[np.uint8], descriptors_b: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -42,7 +43,8 @@ def hamming(descriptors_a: NDArray[np.uint8], descriptors_b: NDArray[np.uint8]) 
 
 def hamming_by_product(signs_a: NDArray[np.float32], signs_b: NDArray[np.float32]) -> NDArray[np.float32]:
     """Hamming distances (N, M) of two sets of `signs`; integers below 2^24, so float32 is exact."""
-    return (np.float32(BITS) - signs_a @ signs_b.T) * np.float32(0.5)
+    distances: NDArray[np.float32] = (np.float32(BITS) - signs_a @ signs_b.T) * np.float32(0.5)
+    return distances
 
 
 def mutual_matches(

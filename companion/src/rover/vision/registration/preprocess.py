@@ -47,7 +47,7 @@ def remove_stripes(image: Image) -> Image:
     """
     for kernel, axis in (((STRIPE_WINDOW, 1), 0), ((1, STRIPE_WINDOW), 1)):
         sharp = image - cv2.blur(image, kernel, borderType=cv2.BORDER_REFLECT_101)
-        limit = 2.0 * float(cv2.mean(cv2.absdiff(sharp, 0.0))[0])
+        limit = 2.0 * float(cv2.mean(np.abs(sharp))[0])
         offsets = np.clip(sharp, -limit, limit).mean(axis=axis, keepdims=True)
         image = image - offsets
     return image
@@ -71,7 +71,8 @@ def stretch(image: Image, limits: tuple[float, float]) -> NDArray[np.uint8]:
     """`limits` to 0 and 255, linear, clipped; a flat picture becomes black."""
     low, high = limits
     scale = 255.0 / (high - low) if high > low else 0.0
-    return np.clip((image - low) * scale, 0.0, 255.0).astype(np.uint8)
+    picture: NDArray[np.uint8] = np.clip((image - low) * scale, 0.0, 255.0).astype(np.uint8)
+    return picture
 
 
 def local_contrast(counts: NDArray[np.uint16] | NDArray[np.uint8], sigma: float = 12.0) -> NDArray[np.uint8]:
@@ -108,7 +109,7 @@ class Preprocessor:
         if self.settings.dead_pixels:
             image = repair_dead_pixels(image)
         if self.settings.gaussian_sigma > 0.0:
-            image = cv2.GaussianBlur(image, (0, 0), self.settings.gaussian_sigma)
+            return np.asarray(cv2.GaussianBlur(image, (0, 0), self.settings.gaussian_sigma), np.float32)
         return image
 
     def to_8_bit(self, image: Image) -> NDArray[np.uint8]:
@@ -120,7 +121,7 @@ class Preprocessor:
             high = keep * self.limits[1] + (1.0 - keep) * high
         self.limits = (low, high)
         picture = stretch(image, self.limits)
-        return self._clahe.apply(picture) if self.settings.clahe_clip > 0.0 else picture
+        return np.asarray(self._clahe.apply(picture), np.uint8) if self.settings.clahe_clip > 0.0 else picture
 
     def __call__(self, counts: NDArray[np.uint16] | NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The whole chain: counts (H, W) to the picture (H, W) uint8 that features are found in."""

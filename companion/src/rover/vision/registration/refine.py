@@ -72,7 +72,7 @@ def refine_from_afar(
     in them counts. In full pictures the windows would fit bricks and blades of grass to their neighbours.
     """
     if halvings > 0:
-        half_a, half_b = cv2.pyrDown(picture_a), cv2.pyrDown(picture_b)
+        half_a, half_b = (np.asarray(cv2.pyrDown(picture), np.uint8) for picture in (picture_a, picture_b))
         halve = np.diag((0.5, 0.5, 1.0))
         guess = halve @ homography @ np.linalg.inv(halve)
         refined = refine_from_afar(half_a, half_b, guess / guess[2, 2], settings, halvings - 1)
@@ -123,7 +123,9 @@ def lay(
     laid = cv2.warpPerspective(picture_a, homography, size, flags=cv2.INTER_LINEAR)
     mask = cv2.warpPerspective(np.full(picture_a.shape, 255, np.uint8), homography, size, flags=cv2.INTER_NEAREST)
     mask = cv2.erode(mask, np.ones((15, 15), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    return (laid, mask) if cv2.countNonZero(mask) > 0.01 * mask.size else None
+    if cv2.countNonZero(mask) <= 0.01 * mask.size:
+        return None
+    return np.asarray(laid, np.uint8), np.asarray(mask, np.uint8)
 
 
 def follow(
@@ -134,19 +136,27 @@ def follow(
         return np.empty((0, 2)), np.empty(0, bool)
     start = points.astype(np.float32).reshape(-1, 1, 2)
     window = (settings.window, settings.window)
-    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, start, None, winSize=window, maxLevel=2)
-    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, winSize=window, maxLevel=2)
+    # The stub does not know that the end points may be None, as in OpenCV's own examples.
+    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, start, None, winSize=window, maxLevel=2)  # type: ignore[call-overload]
+    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, winSize=window, maxLevel=2)  # type: ignore[call-overload]
     apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
     good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart <= settings.round_trip_px)
     return there.reshape(-1, 2).astype(np.float64), good
 
 
+def strongest_corners(
+    picture: NDArray[np.uint8], count: int, quality: float, distance: float, mask: NDArray[np.uint8] | None = None
+) -> Points:
+    """At most `count` corners (N, 2) at least `distance` pixels apart where `mask` is not 0, strongest first."""
+    corners = cv2.goodFeaturesToTrack(picture, count, quality, distance, mask=mask)
+    if corners is None:
+        return np.empty((0, 2))  # type: ignore[unreachable]  # the stub does not know that there may be none
+    return corners.reshape(-1, 2).astype(np.float64)
+
+
 def _corners_followed(
     laid: NDArray[np.uint8], mask: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RefineSettings
 ) -> tuple[Points, Points]:
-    corners = cv2.goodFeaturesToTrack(laid, settings.corners, settings.quality, settings.distance, mask=mask)
-    if corners is None:
-        return np.empty((0, 2)), np.empty((0, 2))
-    start = corners.reshape(-1, 2).astype(np.float64)
+    start = strongest_corners(laid, settings.corners, settings.quality, settings.distance, mask)
     there, good = follow(laid, picture_b, start, settings)
     return start[good], there[good]

@@ -110,7 +110,8 @@ def _one_way(a: Prepared, b: Prepared, matched: Correspondence, settings: Regist
         # Two ways to the same answer; the matches of the first may have left all to a corner of the picture.
         better = forth >= settings.min_overlap and other.agreement > found.agreement + settings.better
         return other if better else found
-    back = overlap(np.linalg.inv(other.homography), b.sharp.shape, a.sharp.shape)
+    inverse = np.asarray(np.linalg.inv(other.homography), np.float64)
+    back = overlap(inverse, b.sharp.shape, a.sharp.shape)
     if min(forth, back) < settings.coarse_overlap or other.agreement < settings.coarse_agreement:
         return found
     apart = disagreeing_share(a.sharp, b.sharp, other.homography)
@@ -131,8 +132,9 @@ def _by_matches(matched: Correspondence, settings: RegistrationSettings) -> Regi
         confidence=0.999,
     )
     if homography is None:
-        return refused("no homography agrees with the matches", matched)
-    return judged(homography, matched, settings)
+        # The stub does not know that there may be none.
+        return refused("no homography agrees with the matches", matched)  # type: ignore[unreachable]
+    return judged(np.asarray(homography, np.float64), matched, settings)
 
 
 def _refined(

@@ -64,7 +64,9 @@ def _both(
     laid = lay(picture_a, picture_b, homography)
     if laid is None:
         return None
-    a, b = (cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR) for p in (laid[0], picture_b))
+    a, b = (
+        np.asarray(cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR), np.float32) for p in (laid[0], picture_b)
+    )
     return a, b, laid[1] > 0
 
 

@@ -32,7 +32,8 @@ class Scene:
     def in_camera(self) -> Points:
         """The observed points (N, 3) in the frame of the camera that saw them."""
         relative = self.points[self.point] - self.translations[self.frame]
-        return np.einsum("nji,nj->ni", self.rotations[self.frame], relative)
+        local: Points = np.einsum("nji,nj->ni", self.rotations[self.frame], relative)
+        return local
 
     def residuals(self) -> Points:
         """Observation minus projection (N, 2); far off for a point behind the camera."""

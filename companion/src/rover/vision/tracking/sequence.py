@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from rover.vision.camera.model import CameraModel
 from rover.vision.camera.pose import CameraPose
 from rover.vision.registration.homography import apply_homography
-from rover.vision.registration.refine import RefineSettings, follow, lay
+from rover.vision.registration.refine import RefineSettings, follow, lay, strongest_corners
 from rover.vision.registration.register import Picture, Prepared, RegistrationSettings, prepare, register_prepared
 from rover.vision.tracking.bundle import Scene, adjust
 
@@ -95,8 +95,7 @@ def _look(number: int, picture: Picture, camera: CameraModel, settings: Sequence
 def _corners(picture: NDArray[np.uint8], settings: SequenceSettings) -> Points:
     """Corners spread over the picture: a grid of cells, the strongest of each."""
     distance = max(6.0, np.sqrt(picture.size / settings.corners) * 0.6)
-    found = cv2.goodFeaturesToTrack(picture, settings.corners, settings.follow.quality, distance)
-    return np.empty((0, 2)) if found is None else found.reshape(-1, 2).astype(np.float64)
+    return strongest_corners(picture, settings.corners, settings.follow.quality, distance)
 
 
 def _link(view: _View, views: list[_View], settings: SequenceSettings) -> dict[tuple[int, int], Points]:
@@ -120,7 +119,8 @@ def _observe(
 ) -> Observed:
     observed: Observed = {}
     for (a, b), forward in homographies.items():
-        for anchor, other, homography in ((a, b, forward), (b, a, np.linalg.inv(forward))):
+        backward = np.asarray(np.linalg.inv(forward), np.float64)
+        for anchor, other, homography in ((a, b, forward), (b, a, backward)):
             laid = lay(views[anchor].prepared.sharp, views[other].prepared.sharp, homography)
             if laid is None:
                 continue
@@ -204,7 +204,7 @@ def _plane(homographies: dict[tuple[int, int], Points], first: int, camera: Came
     _, _, shifts, normals = cv2.decomposeHomographyMat(matrix, camera.matrix)
     if max(float(np.linalg.norm(shift)) for shift in shifts) < 0.01:
         return np.array([0.0, 0.0, 1.0])  # the camera only turned: any plane explains that
-    return max((n.ravel() for n in normals), key=lambda n: float(n[2]))
+    return max((np.asarray(n, np.float64).ravel() for n in normals), key=lambda n: float(n[2]))
 
 
 def _nearby_plane(local: Points, otherwise: Points) -> Points:
@@ -216,7 +216,8 @@ def _nearby_plane(local: Points, otherwise: Points) -> Points:
     inverse_depth = 1.0 / ahead[:, 2]
     weight = np.ones(len(ahead))
     for _ in range(5):
-        plane = np.linalg.lstsq(rays * weight[:, None], inverse_depth * weight, rcond=None)[0]
+        solved = np.linalg.lstsq(rays * weight[:, None], inverse_depth * weight, rcond=None)[0]
+        plane = np.asarray(solved, np.float64)
         left = inverse_depth - rays @ plane
         weight = np.sqrt(1.0 / (1.0 + (left / (np.median(np.abs(left)) * 2.0 + 1e-9)) ** 2))
     return plane

@@ -29,8 +29,8 @@ FALSE_ALARMS = 0.3
 RANDOM_PARTS = 3
 # Zones held out for the learning curve, and the buried zones that are learned from, one more at a time.
 FEW_ZONES = {"1": ("3", "9"), "7": ("1", "9")}
+# Probabilities (N, 3) of surface, buried and background for rows of the samples.
 Judge = Callable[[NDArray[np.intp]], NDArray[np.floating]]
-"""Probabilities (N, 3) of surface, buried and background for rows of the samples."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,8 @@ PARTS = 8
 LEAST_DEVIATION = 0.02
 
 
+# Vectors and labels to other vectors of the same candidates; may change the vectors in place.
 Vary = Callable[[NDArray[np.float32], NDArray[np.integer], np.random.Generator], NDArray[np.float32]]
-"""Vectors and labels to other vectors of the same candidates; may change the vectors in place."""
 
 
 def fall_once(done: float) -> float:
@@ -34,8 +34,8 @@ def fall_smoothly(done: float) -> float:
     return 1e-3 * (0.02 + 0.49 * (1.0 + math.cos(math.pi * done)))
 
 
+# Weights (in, out) and biases (out,).
 Layer = tuple[NDArray[np.float32], NDArray[np.float32]]
-"""Weights (in, out) and biases (out,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from rover.vision.calibration.board import Board
 from rover.vision.camera.model import CameraModel
 
 RAYS = 4
+# Board coordinates in metres to 0 (background), or up to 1.
 Pattern = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
-"""Board coordinates in metres to 0 (background), or up to 1."""
 
 
 def checkerboard(board: Board) -> Pattern:

@@ -12,12 +12,12 @@ from rover.vision.localization.localizer import Localizer
 from tools.bench.vision.drives import FRAME_STEPS, Scene
 from tools.bench.vision.way import STEP, Drive
 
+# Frames shown after each kidnap; the rover stands meanwhile.
 FRAMES = 8
-"""Frames shown after each kidnap; the rover stands meanwhile."""
 RIGHT_M, RIGHT_DEG = 0.10, 5.0
 ASIDE_M, ASIDE_RAD = 0.05, 0.2
+# Nearer than this to where it is believed to be is no kidnap.
 AWAY_M = 0.5
-"""Nearer than this to where it is believed to be is no kidnap."""
 
 
 @dataclass

@@ -26,8 +26,8 @@ from tools.bench.vision.plain import plain_features, plain_homography
 from tools.bench.vision.truth import Picture, Points
 
 LIST = Path(__file__).with_name("landmines_pairs.csv")
+# Mean distance of the corners from where they were found right.
 WRONG_PX = 10.0
-"""Mean distance of the corners from where they were found right."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,8 +26,8 @@ VARIANTS = {
     "stretch alone": PreprocessSettings(False, False, 0.0, clahe_clip=0.0),
     "as `rover register`": RegistrationSettings().preprocess,
 }
+# Frames between the two of a pair: neighbours of a 9 Hz clip hardly differ.
 LEPTON_APART = 3
-"""Frames between the two of a pair: neighbours of a 9 Hz clip hardly differ."""
 
 
 def pairs_of(data: Path) -> dict[str, list[tuple[Picture, Picture]]]:

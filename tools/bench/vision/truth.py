@@ -15,12 +15,12 @@ from rover.vision.camera.model import CameraModel
 Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
 
+# dunr's camera, from GeoCamCal-TIR.xml.
 WIRIS = CameraModel("wiris", 640, 512, 767.128, 767.128, 312.085, 257.255, 0.0,
                     (-0.0431578, 0.3684112, 9.3220e-05, -0.00063889))  # fmt: skip
-"""dunr's camera, from GeoCamCal-TIR.xml."""
 
+# The camera that belongs to dunr's poses (ImgCoords-TIR.xml): they were adjusted without a lens's distortion.
 ADJUSTED = np.array([[773.73270872853072, 0.0, 320.0], [0.0, 773.73270872853072, 256.0], [0.0, 0.0, 1.0]])
-"""The camera that belongs to dunr's poses (ImgCoords-TIR.xml): they were adjusted without a lens's distortion."""
 
 AXES = ("Easting (X)(m)", "Northing (Y)(m)", "Height (Z)(m)")
 

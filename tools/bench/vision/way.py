@@ -17,8 +17,8 @@ SPEED, ACCELERATION = 0.25, 0.5
 TURN_SPEED, TURN_ACCELERATION = 1.1, 3.0
 CLEARANCE, MARGIN = 0.18, 0.35
 SHORTEST_LEG = 0.5
+# Slip wanders within a third of its bound and forgets itself over half a metre.
 WANDER_SHARE, WANDER_LENGTH = 1.0 / 3.0, 0.5
-"""Slip wanders within a third of its bound and forgets itself over half a metre."""
 
 Place = tuple[float, float]
 

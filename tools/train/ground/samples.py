@@ -145,8 +145,8 @@ def look_at_fields(
 _INDEX = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
 _REST = np.arange(PICTURES * SIDE * SIDE, LENGTH)
 _WAYS = [np.rot90(side, turn).ravel() for side in (_INDEX, _INDEX[:, ::-1]) for turn in range(4)]
+# (8, LENGTH): where each number of a vector comes from when its pictures are turned; 0 as it is, 4 mirrored.
 WAYS = np.array([np.concatenate((*(way + n * SIDE * SIDE for n in range(PICTURES)), _REST)) for way in _WAYS])
-"""(8, LENGTH): where each number of a vector comes from when its pictures are turned; 0 as it is, 4 mirrored."""
 
 
 def turned(

@@ -25,8 +25,8 @@ TAUGHT, LEAST = 0.5, 0.02
 PART = 8192
 
 Rows = NDArray[np.intp]
+# Rows of the samples, their labels and weights; a row may stand there once for each of several labels.
 Told = tuple[Rows, NDArray[np.int64], NDArray[np.float64]]
-"""Rows of the samples, their labels and weights; a row may stand there once for each of several labels."""
 
 
 def unlabelled(samples: PictureSamples, rows: NDArray[np.bool_], labelled: Rows, seed: int) -> Rows:

@@ -26,8 +26,8 @@ HEAD = struct.Struct("<4sIddHHI")
 MAGIC = b"RVFR"
 CLOSED = 1
 LONGEST_SIDE = 8192
+# Seconds between two attempts to connect again.
 RETRY = 0.25
-"""Seconds between two attempts to connect again."""
 
 READ_TIMEOUT = 1.0
 

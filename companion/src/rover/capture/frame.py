@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 
+# Radiometric cameras here deliver kelvin × 100 (Lepton: TLinear at resolution 0.01 K).
 KELVIN_PER_COUNT = 0.01
-"""Radiometric cameras here deliver kelvin × 100 (Lepton: TLinear at resolution 0.01 K)."""
 
 
 @dataclass(frozen=True, eq=False)

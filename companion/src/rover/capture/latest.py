@@ -9,8 +9,8 @@ from types import TracebackType
 
 from rover.capture.frame import Frame
 
+# Seconds that `close` waits for the thread; a driver that hangs in a read does not hold up the mission's end.
 CLOSE_TIMEOUT = 2.0
-"""Seconds that `close` waits for the thread; a driver that hangs in a read does not hold up the mission's end."""
 
 
 class LatestFrames:

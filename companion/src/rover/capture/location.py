@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from rover.capture.frame import KELVIN_PER_COUNT
 from rover.errors import BadInput
 
+# What one count means, in kelvin; None: a sensor's own counts.
 UNITS: Mapping[str, float | None] = {"centikelvin": KELVIN_PER_COUNT, "decikelvin": 0.1, "raw": None}
-"""What one count means, in kelvin; None: a sensor's own counts."""
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from rover.capture.camera_socket import pack_frame
 from rover.capture.frame import Frame
 from rover.errors import PreflightFailed
 
+# Bytes that may wait for a reader before it counts as gone.
 BACKLOG = 1 << 20
-"""Bytes that may wait for a reader before it counts as gone."""
 
 
 class FramePublisher:

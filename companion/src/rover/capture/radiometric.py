@@ -13,16 +13,15 @@ from rover.capture.frame import KELVIN_PER_COUNT
 from rover.capture.picture import read_picture, write_picture
 from rover.errors import BadInput
 
+# From the coldest sky to the hottest range of any camera of this kind; the median of a picture lies in between.
 PLAUSIBLE_KELVIN = (123.0, 2500.0)
-"""From the coldest sky to the hottest range of any camera of this kind; the median of a picture lies in between."""
 
+# Where a picture must lie whose file does not say what its 16-bit counts mean.
 OUTDOORS_KELVIN = (203.0, 423.0)
-"""Where a picture must lie whose file does not say what its 16-bit counts mean."""
 
-
+# How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
+# of four cameras none lies beyond by more than 6 K or by more than its neighbours' range.
 SPIKE_KELVIN, SPIKE_RATIO = 30.0, 5.0
-"""How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
-of four cameras none lies beyond by more than 6 K or by more than its neighbours' range."""
 
 
 @dataclass(frozen=True, eq=False)

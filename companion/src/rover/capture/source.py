@@ -15,8 +15,8 @@ from rover import plugins
 from rover.capture.frame import Frame
 from rover.errors import BadInput
 
+# Seconds between frames where a source has no times of its own (8.7 Hz cameras, rounded up).
 FRAME_PERIOD = 0.12
-"""Seconds between frames where a source has no times of its own (8.7 Hz cameras, rounded up)."""
 
 SIMULATOR = "simulator"
 """The kind that comes with the simulated rigs."""

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROW_WORDS = 80
+# Telemetry packets of a frame by the picture's width: Lepton 3 (two rows of 160 words), Lepton 2 (three of 80).
 PACKETS = {160: 4, 80: 3}
-"""Telemetry packets of a frame by the picture's width: Lepton 3 (two rows of 160 words), Lepton 2 (three of 80)."""
 
+# Where a working sensor's own temperature lies; ordinary pixels rarely pass for telemetry with this and the rest.
 SENSOR_KELVIN = (200.0, 400.0)
-"""Where a working sensor's own temperature lies; ordinary pixels rarely pass for telemetry with this and the rest."""
 
 FFC_STATES = ("never", "imminent", "running", "complete")
+# Words of row A that are sent as zero.
 RESERVED = (17, 18, 19, 27, 28)
-"""Words of row A that are sent as zero."""
 
 
 @dataclass(frozen=True)

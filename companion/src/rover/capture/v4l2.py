@@ -23,14 +23,14 @@ from rover.capture.telemetry import Telemetry, split_telemetry
 from rover.errors import BadInput, RoverError
 
 Y16 = cv2.VideoWriter.fourcc(*"Y16 ")
+# Seconds before the first attempt to reopen a camera; each further one waits twice as long, up to the bound.
 FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0
-"""Seconds before the first attempt to reopen a camera; each further one waits twice as long, up to the bound."""
 
+# Seconds without a camera after which the source ends with CameraLost.
 GIVE_UP_AFTER = 60.0
-"""Seconds without a camera after which the source ends with CameraLost."""
 
+# A driver's time stamp further from now than this is on another clock, and not used.
 OLDEST_STAMP = 1.0
-"""A driver's time stamp further from now than this is on another clock, and not used."""
 
 
 class CameraLost(RoverError):

@@ -29,8 +29,8 @@ Examples:
   rover register a.tif b.tif --cluster position --estimator ransac
   rover register a.tif b.tif --steps fixed-pattern,dead-pixels,gaussian,clahe
 """
+# Of the step `gaussian`, pixels.
 GAUSSIAN_SIGMA = 0.7
-"""Of the step `gaussian`, pixels."""
 STEPS = ("fixed-pattern", "dead-pixels", "gaussian", "clahe")
 
 

@@ -18,8 +18,8 @@ from rover.detection.ground.detect import Detection
 from rover.detection.place import Place
 from rover.geometry import Pose2
 
+# What a look in clear view that found nothing says: most likely plain ground.
 NO_ANSWER = {"obstacle": 0.07, "surface": 0.03, "buried": 0.05, "background": 0.85}
-"""What a look in clear view that found nothing says: most likely plain ground."""
 
 
 @dataclass(frozen=True)

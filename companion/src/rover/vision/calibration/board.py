@@ -19,15 +19,14 @@ from rover.vision.calibration.saddle import refine_saddles
 Points = NDArray[np.float64]
 
 STRETCH_PERCENTILES = (0.5, 99.5)
+# Detectors were made for pictures of this size: smaller ones are enlarged.
 WORKING_WIDTH = 640
-"""Detectors were made for pictures of this size: smaller ones are enlarged."""
 
+# Half window of the corner's refinement, as a share of the distance between corners: it must not reach the next.
 SUBPIX_SHARE = 0.35
-"""Half window of the corner's refinement, as a share of the distance between corners: it must not reach the next."""
 
-
+# Blur before it, in the same measure: a saddle stays where it is, noise goes.
 SMOOTH_SHARE = 0.12
-"""Blur before it, in the same measure: a saddle stays where it is, noise goes."""
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,14 @@ from rover.vision.camera.model import CameraModel
 
 Points = NDArray[np.float64]
 
+# Area of the box as a share of the picture's.
 SMALLEST_SHARE, LARGEST_SHARE = 0.02, 0.9
-"""Area of the box as a share of the picture's."""
 
+# In widths of the picture.
 START_FOCALS = (0.8, 1.2, 1.8, 2.8)
-"""In widths of the picture."""
 
+# Share of a side next to a corner that its line does not use: there blur rounds it.
 EDGE_MARGIN = 0.15
-"""Share of a side next to a corner that its line does not use: there blur rounds it."""
 
 
 def box_points(width: float, height: float) -> Points:

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# (shared (S,), poses (V, 6)) to residuals (V, R) in pixels; a pose is a rotation vector and a translation.
 Residuals = Callable[[Array, Array], Array]
-"""(shared (S,), poses (V, 6)) to residuals (V, R) in pixels; a pose is a rotation vector and a translation."""
 
 STEP = 1e-6
 ROUNDS = 60
 CONVERGED = 1e-8
+# In units of the residuals' own scatter.
 CAUCHY = 3.0
-"""In units of the residuals' own scatter."""
 
 
 @dataclass(frozen=True)

@@ -21,14 +21,14 @@ from rover.vision.camera.model import CameraModel
 Points = NDArray[np.float64]
 
 FEWEST_VIEWS = 3
+# At least two views must differ by this much in how the board is tilted.
 LEAST_TILT = math.radians(10.0)
-"""At least two views must differ by this much in how the board is tilted."""
 
+# Largest standard deviation of the focal length, as a share of it, with which a calibration is given out.
 LOOSEST_FOCAL = 0.02
-"""Largest standard deviation of the focal length, as a share of it, with which a calibration is given out."""
 
+# Reprojection error, as a share of the picture's width, beyond which the points are not those of the board.
 LARGEST_RMS_SHARE = 0.02
-"""Reprojection error, as a share of the picture's width, beyond which the points are not those of the board."""
 
 COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 

@@ -21,11 +21,11 @@ from rover.vision.camera.model import OPTICAL_IN_LEVEL, CameraModel
 Points = NDArray[np.float64]
 
 FEWEST_POINTS = 4
+# The points' smaller extent as a share of the larger one: below it they lie on a line.
 LEAST_SPREAD = 0.05
-"""The points' smaller extent as a share of the larger one: below it they lie on a line."""
 
+# Largest standard deviation of the position, as a share of the height, with which a mount is given out.
 LOOSEST_POSITION = 0.2
-"""Largest standard deviation of the position, as a share of the height, with which a mount is given out."""
 
 MOUNT = ("x", "y", "z", "roll", "pitch", "yaw")
 

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 Points = NDArray[np.float64]
 
+# Radius of the window as a share of the distance between corners: the next edge stays outside.
 WINDOW_SHARE = 0.45
-"""Radius of the window as a share of the distance between corners: the next edge stays outside."""
 
 ROUNDS = 15
 STEPS = np.array([1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4])
+# A fit that wanders off by more than this share of the distance is not believed; the corner stays where it was.
 FARTHEST_SHARE = 0.3
-"""A fit that wanders off by more than this share of the distance is not believed; the corner stays where it was."""
 
 
 def refine_saddles(grey: NDArray[np.uint8], corners: Points, columns: int) -> Points:

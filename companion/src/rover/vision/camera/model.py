@@ -21,14 +21,14 @@ from rover.errors import BadInput
 
 Points = NDArray[np.float64]
 
+# Columns: the optical axes x right, y down, z forward of a level camera that looks along base_link's x.
 OPTICAL_IN_LEVEL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Columns: the optical axes x right, y down, z forward of a level camera that looks along base_link's x."""
 
+# Rays flatter than this (1.1°) meet the ground too far away to mean anything: they count as the horizon.
 MIN_DEPRESSION_SINE = 0.02
-"""Rays flatter than this (1.1°) meet the ground too far away to mean anything: they count as the horizon."""
 
+# Enough for 1e-4 px at the corners of a lens with 20 % barrel distortion.
 UNDISTORT_ITERATIONS = 30
-"""Enough for 1e-4 px at the corners of a lens with 20 % barrel distortion."""
 
 
 def focal_from_fov(size_px: int, fov: float) -> float:

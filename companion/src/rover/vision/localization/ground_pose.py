@@ -20,11 +20,11 @@ from rover.vision.camera.model import CameraModel
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# Iterations that are enough to tell which points fit.
 COARSE = 2
-"""Iterations that are enough to tell which points fit."""
 
+# A step of so many metres and radians together is far below any noise.
 CONVERGED = 1e-5
-"""A step of so many metres and radians together is far below any noise."""
 
 _REGULAR = 1e-9 * np.eye(3)
 

@@ -22,8 +22,8 @@ from rover.vision.registration.matching import BITS
 
 FILE_NAME = "keyframes.npz"
 WHAT = "keyframe map"
+# Of the file, and of what descriptors mean: one more when either changes.
 VERSION = 1
-"""Of the file, and of what descriptors mean: one more when either changes."""
 
 _SAME = 1e-9
 

@@ -34,9 +34,8 @@ from rover.vision.registration.preprocess import PreprocessSettings
 
 Array = NDArray[np.float64]
 
-
+# 1σ of x, y (m) and heading (rad) while the place is not known at all: more than any field that is mapped.
 NOWHERE = (10.0, 10.0, 3.0)
-"""1σ of x, y (m) and heading (rad) while the place is not known at all: more than any field that is mapped."""
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from rover.vision.registration.features import FeatureDetector, FeatureSettings
 from rover.vision.registration.preprocess import Preprocessor, PreprocessSettings
 
 Array = NDArray[np.float64]
+# Called with the name of a stage that has just ended: who measures gives a clock, a mission gives none.
 Mark = Callable[[str], None]
-"""Called with the name of a stage that has just ended: who measures gives a clock, a mission gives none."""
 
 
 def no_mark(_: str) -> None:

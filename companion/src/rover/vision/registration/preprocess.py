@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 Image = NDArray[np.float32]
 
+# Pixels over which the scene is taken to be smooth when stripes are told from it.
 STRIPE_WINDOW = 9
-"""Pixels over which the scene is taken to be smooth when stripes are told from it."""
 
+# A pixel this many times the mean deviation away from the median of its neighbours is dead or stuck.
 DEAD_FACTOR = 12.0
-"""A pixel this many times the mean deviation away from the median of its neighbours is dead or stuck."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from rover.vision.registration.refine import RefineSettings
 Cluster = Literal["displacement", "position"]
 Estimator = Literal["magsac", "ransac"]
 
+# The paper's ε as a share of its picture's width; it clusters by position.
 PAPER_EPSILON = EPSILON_PX / 320.0
-"""The paper's ε as a share of its picture's width; it clusters by position."""
 
 
 @dataclass(frozen=True)

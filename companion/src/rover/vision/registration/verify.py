@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from rover.vision.registration.refine import lay
 
+# Pixels of σ over which both are smoothed first: noise agrees with nothing, and parallax moves edges a little.
 BLUR = 2.0
-"""Pixels of σ over which both are smoothed first: noise agrees with nothing, and parallax moves edges a little."""
 
-
+# Along each side of what both show.
 TILES = 5
-"""Along each side of what both show."""
 
+# Correlation below which a tile counts as different.
 NOTHING_ALIKE = 0.2
-"""Correlation below which a tile counts as different."""
 
 
 def agreement(

@@ -22,11 +22,11 @@ from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.localizer import Localizer, LocalizerSettings
 from rover.vision.localization.motion_model import FreeMotionNoise
 
+# The first frame defines the map.
 START_SIGMA = (1e-4, 1e-4, 1e-4)
-"""The first frame defines the map."""
 
+# Who carries the camera is not known: it may start, stop and turn faster than the rover.
 UNKNOWN_CARRIER = FreeMotionNoise(speed=0.5, turn=2.0, acceleration=1.5, turn_acceleration=6.0, sideways=0.05)
-"""Who carries the camera is not known: it may start, stop and turn faster than the rover."""
 
 
 def camera_in_map(base: Pose2, camera: CameraModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -110,8 +110,8 @@ def _link(view: _View, views: list[_View], settings: SequenceSettings) -> dict[t
     return found
 
 
+# (anchor, frame) → which corners of the anchor were found in the frame, and their rays there (N, 2).
 Observed = dict[tuple[int, int], tuple[NDArray[np.intp], Points]]
-"""(anchor, frame) → which corners of the anchor were found in the frame, and their rays there (N, 2)."""
 
 
 def _observe(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from types import SimpleNamespace
@@ -9,13 +10,15 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rover.errors import BadInput
 from rover.geometry import Pose2
+from rover_hil.figure_file import write_figure
 from rover_hil.ground import build
 from rover_hil.ground.__main__ import main
-from rover_hil.ground.draw import picture
 from rover_hil.ground.field import MARGIN, site_of
 from rover_hil.ground.placement import Site, is_connected
+from rover_hil.ground.plot import figure
 from rover_hil.ground.soils import SOILS
 from rover_hil.ground.things import at_hour
 
@@ -183,14 +186,42 @@ def test_rocks_are_cooler_than_soil_by_day_and_warmer_at_night_and_leaves_are_co
     assert day.leaf < day.soil - 5.0
 
 
-def test_the_drawing_marks_the_area_with_y_up(ground):
-    drawn = picture(ground)
+def test_the_plot_shows_the_temperatures_in_metres_with_y_up(ground):
+    axes = figure(ground, marks=False).axes[0]
+    (shown,) = axes.images
+    left, right, bottom, top = shown.get_extent()
     rows, columns = ground.temperature.shape
-    assert drawn.shape == (round(rows * ground.resolution * 150), round(columns * ground.resolution * 150), 3)
-    plain = picture(ground, marks=False)
-    x, y, *_ = ground.obstacles[0]
-    pixel = plain[plain.shape[0] - round((y + MARGIN) * 150), round((x + MARGIN) * 150)]
-    assert pixel.max() < 60, "a rock is the coldest thing by day"
+    assert (left, bottom) == (-MARGIN, -MARGIN)
+    assert (right - left, top - bottom) == pytest.approx((columns * ground.resolution, rows * ground.resolution))
+    assert shown.origin == "lower"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x, m", "y, m")
+
+
+def test_every_mine_has_a_label_inside_the_map_that_meets_no_other(ground):
+    made = figure(ground)
+    FigureCanvasAgg(made).draw()
+    axes = made.axes[0]
+    labels = {text.get_text().split(":")[0]: text for text in axes.texts}
+    assert set(labels) == {str(mine.id) for mine in ground.mines}
+    boxes = [text.get_window_extent() for text in labels.values()]
+    map_box = axes.get_window_extent()
+    assert all(map_box.contains(*corner) for box in boxes for corner in box.corners())
+    assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_a_plot_has_the_format_of_its_ending_and_the_same_bytes_again(ground, tmp_path, ending):
+    files = [tmp_path / f"{number}.{ending}" for number in (1, 2)]
+    for file in files:
+        write_figure(figure(ground), file)
+    first, second = (file.read_bytes() for file in files)
+    assert first == second
+    assert first.startswith(b"\x89PNG" if ending == "png" else b"<?xml")
+
+
+def test_a_plot_of_another_ending_is_one_clear_line(ground, tmp_path):
+    with pytest.raises(BadInput, match=r"plot\.pdf: a plot is written as PNG or SVG"):
+        write_figure(figure(ground), tmp_path / "plot.pdf")
 
 
 def test_the_command_draws_the_shipped_mission(tmp_path, capsys):
@@ -202,4 +233,4 @@ def test_the_command_draws_the_shipped_mission(tmp_path, capsys):
 
 def test_the_command_says_what_is_missing(capsys):
     assert main(["--seed", "4"]) == 2
-    assert capsys.readouterr().err.startswith("error: give --mission FILE and --out PNG")
+    assert capsys.readouterr().err.startswith("error: give --mission FILE and --out PLOT")

@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import cv2
+from rover_hil.figure_file import write_figure
 
-from tools.bench.vision import facade, pairs, picture, preparation, registration, speed, tables, wall
+from tools.bench.vision import facade, pairs, plot, preparation, registration, speed, tables, wall
 
 SIMULATED = ("drives", "loops", "speed")
 REAL = ("registration", "facade", "wall", "unrelated", "pairs", "clusters", "preparation")
@@ -29,12 +30,12 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--pairs", type=int, default=550, help="unrelated pairs")
     parser.add_argument("--sheets", type=Path, metavar="DIR", help="pairs: pictures of what was registered, to look at")
-    parser.add_argument("--picture", type=Path, help="write the plot of docs/reference/vision.md there, nothing else")
+    parser.add_argument("--plot", type=Path, help="PNG or SVG: the plot of docs/reference/vision.md, nothing else")
     options = parser.parse_args(arguments)
     wanted = options.only or list(SIMULATED + REAL)
     cv2.setNumThreads(1)
-    if options.picture is not None:
-        picture.draw(options.picture, options.camera, options.first)
+    if options.plot is not None:
+        write_figure(plot.figure(options.camera, options.first), options.plot)
         return 0
     load = os.getloadavg()[0] / (os.cpu_count() or 1)
     if "drives" in wanted:

@@ -95,7 +95,7 @@ def scenes(camera: CameraModel, count: int, first: int) -> Iterator[tuple[int, S
     return itertools.islice(laid, count)
 
 
-def twenty_metres(at: Scene, slip: float, length: float) -> Drive:
+def random_drive(at: Scene, slip: float, length: float) -> Drive:
     """A random way of `length` metres through the field."""
     ground = at.field.ground
     x, y = free_place(ground, at.rng)

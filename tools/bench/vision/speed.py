@@ -8,7 +8,7 @@ import numpy as np
 from rover.vision.camera.file import load_camera
 from rover.vision.localization.localizer import Localizer
 
-from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, scenes, twenty_metres
+from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, random_drive, scenes
 from tools.bench.vision.way import STEP
 
 STAGES = ("clean", "ground view", "contrast", "features", "match", "cluster", "pose", "filter", "keyframe")
@@ -46,7 +46,7 @@ def speed_table(first: int, length: float) -> str:
 def _measure(name: str, first: int, length: float) -> dict[str, str]:
     camera, clock = load_camera(name), StageClock()
     ((_, at),) = scenes(camera, 1, first)
-    drive = twenty_metres(at, 0.05, length)
+    drive = random_drive(at, 0.05, length)
     localizer = Localizer(camera, drive.poses[0], START_SIGMA, mark=clock.mark)
     frames: list[dict[str, float]] = []
     for step in range(1, len(drive.poses)):

@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 from rover.vision.camera.file import load_camera
 
-from tools.bench.vision.drives import FRAME_STEPS, Track, follow, loops, scenes, twenty_metres
+from tools.bench.vision.drives import FRAME_STEPS, Track, follow, loops, random_drive, scenes
 from tools.bench.vision.kidnap import Outcome, kidnap
 from tools.bench.vision.way import STEP
 
@@ -37,7 +37,7 @@ def drive_table(camera_name: str, count: int, first: int, slip: float, length: f
     camera = load_camera(camera_name)
     runs, known, unknown = [], [], []
     for _, at in scenes(camera, count, first):
-        drive = twenty_metres(at, slip, length)
+        drive = random_drive(at, slip, length)
         runs.append(follow(at, drive))
         step = len(drive.poses) + FRAME_STEPS
         outcome, step = kidnap(at, drive, runs[-1].localizer, kidnaps, True, step)

@@ -93,7 +93,7 @@ class RigProcess:
             said = _last_line(self.log)
             if code == BadInput.exit_code:
                 raise BadInput(said) from error
-            raise PreflightFailed(f"the rig did not start: {said or 'it said nothing'} (log: {self.log})") from error
+            raise PreflightFailed(f"the rig did not start: {said or 'it said nothing'}") from error
         return announcement
 
     def _wait_briefly(self) -> int | None:

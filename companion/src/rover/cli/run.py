@@ -147,11 +147,10 @@ def _count(number: int, noun: str) -> str:
 
 
 def _folder(out: Path | None, mission: str, seed: int) -> Path:
-    """The run's folder, made now: what is wrong with it should be known before the rig starts."""
+    """The run's folder, by default named after mission and seed. Raises BadInput before anything has started."""
     name = re.sub(r"[^\w.-]+", "-", mission).strip("-.") or "mission"
     folder = out if out is not None else Path("runs") / f"{name}-{seed}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"--out {folder}: cannot be made a folder: {error.strerror or error}") from error
+    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+    if not there.is_dir():
+        raise BadInput(f"--out {folder}: cannot be made a folder: {there} is a file")
     return folder

@@ -30,16 +30,15 @@ from rover.mission.assemble import assemble
 from rover.mission.begin import begin
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
-from rover.mission.former_run import FILES as FORMER_FILES
 from rover.mission.former_run import load_run, save_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, origin_of
+from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.record.tum import write_tum
-from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 from rover.report.result import Identities, RealTime, RunResult, WallClock
 from rover.report.write import write_run
 from rover.vision.camera.file import load_camera
@@ -116,7 +115,8 @@ def run_mission(
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
-    Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
+    Raises BadInput for what the user can correct and PreflightFailed when the rover may not start; `out` is then as it
+    was before.
     """
     if rig not in [name.value for name in RigName]:
         raise BadInput(f"--rig {rig}: not known; there is {', '.join(name.value for name in RigName)}")
@@ -139,39 +139,39 @@ def run_mission(
     if resume is not None and resume.resolve() == out.resolve():
         raise BadInput(f"--out {out}: the run to go on from is there; name another folder")
     former = load_run(resume, mission, camera) if resume is not None else None
-    out.mkdir(parents=True, exist_ok=True)
-    _forget_earlier_run(out)
-    classifier = Classifier(mission.detector.model or default_model())
-    survey = begin(mission, camera, classifier, seed, former)
-    prepared = _Prepared(
-        mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), resume
-    )
-    started = time.monotonic()
-    real_time = None
-    if rig == DEVICE:
-        driven, real_time = _on_device(prepared, port, camera_source, on_finding)
-    else:
-        driven = _on_simulated(prepared, data)
-    wall = time.monotonic() - started
-    assert survey.outcome is not None
-    identities = _with_firmware(_identities(mission, rig, seed, classifier), driven.firmware)
-    result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
-    clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
-    result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-    write_tum(out / "trajectory.tum", driven.track.fused)
-    write_run(result, out)
-    save_run(out, survey)
-    return result
+    with RunFolder(out) as folder:
+        classifier = Classifier(mission.detector.model or default_model())
+        survey = begin(mission, camera, classifier, seed, former)
+        prepared = _Prepared(
+            mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), resume
+        )
+        started = time.monotonic()
+        real_time = None
+        if rig == DEVICE:
+            driven, real_time = _on_device(prepared, folder, port, camera_source, on_finding)
+        else:
+            driven = _on_simulated(prepared, folder, data)
+        wall = time.monotonic() - started
+        assert survey.outcome is not None
+        identities = _with_firmware(_identities(mission, rig, seed, classifier), driven.firmware)
+        result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
+        clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
+        result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
+        write_tum(out / "trajectory.tum", driven.track.fused)
+        write_run(result, out)
+        save_run(out, survey)
+        return result
 
 
-def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
+def _on_simulated(prepared: _Prepared, folder: RunFolder, data: Path | None) -> Driven:
     """In virtual time, on a rig that is started for it."""
     mission, out = prepared.mission, prepared.out
     options = RigOptions(
         mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=prepared.resume
     )
-    process = start_rig(options, out / "rig.log")
+    process = start_rig(options, folder.starting_log)
     try:
+        folder.begin()
         (out / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
@@ -185,11 +185,16 @@ def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
 
 
 def _on_device(
-    prepared: _Prepared, port: str | None, camera_source: str | None, on_finding: Callable[[Finding], None]
+    prepared: _Prepared,
+    folder: RunFolder,
+    port: str | None,
+    camera_source: str | None,
+    on_finding: Callable[[Finding], None],
 ) -> tuple[Driven, RealTime]:
     """In real time, on a rover and a camera that are there."""
     with opened(prepared.mission, port, camera_source) as device:
         check(device, prepared.mission, prepared.camera, prepared.out, prepared.seed, on_finding)
+        folder.begin()
         wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
         with prepared.recording(wire) as recording:
             rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)
@@ -199,26 +204,6 @@ def _on_device(
                 prepared.survey.timeline.append((rig.now(), f"camera: {rig.camera_failure}"))
         pace = rig.pace
     return driven, RealTime(pace.cycles, pace.overruns, pace.longest, pace.frames_dropped)
-
-
-def _forget_earlier_run(out: Path) -> None:
-    """Files of an earlier run in the same folder must not be taken for this one's."""
-    for name in (
-        "mission.mcap",
-        "summary.json",
-        "report.html",
-        "map.png",
-        WORLD_FILE,
-        LOCAL_FILE,
-        "trajectory.tum",
-        *FORMER_FILES,
-        "truth.tum",
-        "truth.json",
-        "truth_seen.npz",
-        "rig.json",
-        "rig.log",
-    ):
-        (out / name).unlink(missing_ok=True)
 
 
 def _identities(mission: Mission, rig: str, seed: int, classifier: Classifier) -> Identities:

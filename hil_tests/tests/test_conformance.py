@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from rover.errors import PreflightFailed
-from rover_hil.emulator.conformance import Compared, Conformance, differing_messages
 from rover_hil.firmware_process import emulator_command, sitl_command
+from rover_hil.testing.conformance import Compared, Conformance, differing_messages
 from rover_hil.tick_recorder import read_ticks, write_launcher
 
 MISSION = Path(__file__).resolve().parent / "missions" / "minute.toml"

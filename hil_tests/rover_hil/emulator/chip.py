@@ -55,9 +55,10 @@ class Chip(_rp2040.RP2040):
 
     def _correct(self) -> None:
         """Puts our models in the place of those of rp2040py that differ from the datasheet."""
-        self.uarts = (Pl011(self, "UART0", IRQ.UART0), Pl011(self, "UART1", IRQ.UART1))
+        clock = self.virtual_clock
+        self.uarts = (Pl011(self, clock, "UART0", IRQ.UART0), Pl011(self, clock, "UART1", IRQ.UART1))
         self.pwm_slices = Pwm(self)
-        self.encoder_pio = LazyPio(self, self.pio[0])
+        self.encoder_pio = LazyPio(clock, self.pio[0])
         self.uart = cast(list[RPUART], list(self.uarts))
         self.pwm = cast(RPPWM, self.pwm_slices)
         self.peripherals[UART0], self.peripherals[UART1] = self.uarts

@@ -3,13 +3,9 @@ read or written. Between those moments a state machine without outputs sees noth
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from rover_plant import Clock
 from rp2040py.peripherals.peripheral import ATOMIC_NORMAL
 from rp2040py.peripherals.pio import RPPIO
-
-if TYPE_CHECKING:
-    from rover_hil.emulator.chip import Chip
 
 SUBCYCLES = 256
 """rp2040py counts the time of its state machines in 256ths of a cycle."""
@@ -26,15 +22,15 @@ class LazyPio:
     skipped: exact, and the reason why two encoders at 500 kHz cost next to nothing.
     """
 
-    def __init__(self, chip: Chip, block: RPPIO) -> None:
-        self._chip = chip
+    def __init__(self, clock: Clock, block: RPPIO) -> None:
+        self._clock = clock
         self._block = block
         self._cycle = 0
         self._loop = 0
 
     def catch_up(self) -> None:
         """Runs the state machines up to now, at exactly the cycles at which each is due."""
-        now = self._chip.virtual_clock.cycles
+        now = self._clock.cycles
         block = self._block
         missing, self._cycle = now - self._cycle, now
         if block.stopped or not missing:

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from rover_plant import Clock
+from rp2040py._rp2040 import RP2040
 from rp2040py.peripherals.peripheral import BasePeripheral
-
-if TYPE_CHECKING:
-    from rover_hil.emulator.chip import Chip
 
 DR, RSR, FR, ILPR, IBRD, FBRD, LCR_H, CR = 0x00, 0x04, 0x18, 0x20, 0x24, 0x28, 0x2C, 0x30
 IFLS, IMSC, RIS, MIS, ICR, DMACR = 0x34, 0x38, 0x3C, 0x40, 0x44, 0x48
@@ -38,10 +36,10 @@ PERIPHERAL_CLOCK = 125_000_000
 class Pl011(BasePeripheral):
     """One UART. `on_sent(byte)` hears every byte when its stop bit has left; `receive` is the other direction."""
 
-    def __init__(self, rp2040: Chip, name: str, irq: int) -> None:
+    def __init__(self, rp2040: RP2040, clock: Clock, name: str, irq: int) -> None:
         super().__init__(rp2040, name)
         self._irq = irq
-        self._clock = rp2040.virtual_clock
+        self._clock = clock
         self.on_sent: Callable[[int], None] = lambda _byte: None
         self._sent_alarm = self._clock.create_alarm(self._sent)
         self._timeout_alarm = self._clock.create_alarm(self._timed_out)

@@ -6,12 +6,8 @@ plant's motors see nothing of a period but its mean, which the registers give.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from rp2040py._rp2040 import RP2040
 from rp2040py.peripherals.peripheral import BasePeripheral
-
-if TYPE_CHECKING:
-    from rover_hil.emulator.chip import Chip
 
 CSR, DIV, CTR, CC, TOP = 0x00, 0x04, 0x08, 0x0C, 0x10
 SLICE_SIZE, SLICES = 0x14, 8
@@ -27,7 +23,7 @@ class Pwm(BasePeripheral):
     gpio_value = 0
     gpio_direction = 0
 
-    def __init__(self, rp2040: Chip) -> None:
+    def __init__(self, rp2040: RP2040) -> None:
         super().__init__(rp2040, "PWM")
         self.reset()
 

@@ -11,7 +11,7 @@ from rover.detection.picture.patch import CELLS, DIRECTIONS, LENGTH, SHOWN_SIDE,
 from tools.evaluate.figures import binomial, poisson
 
 if TYPE_CHECKING:
-    from tools.train.picture.train import Calibration
+    from tools.train.picture.calibration import Calibration
 
 
 def picture_section(pictures: int, notes: dict[str, str], known: Calibration, sha256: str) -> str:

@@ -10,16 +10,15 @@ import argparse
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from rover.detection.classifier import PICTURES, default_model
 
 from tools.train.card import write_section
 from tools.train.export import fold, write
 from tools.train.measure import calibration_error, fit_pictures
+from tools.train.picture.calibration import Calibration
 from tools.train.picture.card import picture_section
 from tools.train.picture.hits import loudness, threshold_for
 from tools.train.picture.recipe import learn, mirrored_logits, mirrored_mean, picture_samples
@@ -30,20 +29,6 @@ from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, SURFACE, 
 HELD_OUT = (("3", "5"), ("4", "7"), ("1", "6", "9"))
 # The probability of detection that the threshold is chosen for, on pictures of zones never seen.
 STATED_PD = 0.9
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """factor, offsets (3,): of the logits. threshold: reached by `found` of `mines` mines, and `false` times else."""
-
-    factor: float
-    offsets: NDArray[np.floating]
-    error: float
-    threshold: float
-    found: int
-    mines: int
-    false: int
-    pictures: int
 
 
 def main(arguments: Sequence[str]) -> None:

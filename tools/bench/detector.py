@@ -20,7 +20,8 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import Classifier, default_model
-from rover.detection.fusion import Evidence, EvidenceSettings
+from rover.detection.evidence_settings import EvidenceSettings
+from rover.detection.fusion import Evidence
 from rover.detection.ground.detect import DetectSettings, detect
 from rover.detection.ground.image import GroundRectifier
 from rover.detection.place import Place

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.classifier import MINES
-from rover.detection.fusion import EvidenceSettings
+from rover.detection.evidence_settings import EvidenceSettings
 from rover.detection.place import Place
 from rover_hil.ground import Mine
 from rover_hil.referee import FAIR_CONTRAST_K

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from rover.capture.frame import Frame
 from rover.detection.classifier import CLASSES, Classifier, default_model
-from rover.detection.fusion import Evidence, EvidenceSettings
+from rover.detection.evidence_settings import EvidenceSettings
+from rover.detection.fusion import Evidence
 from rover.detection.ground.candidates import MOST, find_candidates
 from rover.detection.ground.detect import Detection, DetectSettings, detect, toned
 from rover.detection.ground.image import GroundRectifier, from_picture

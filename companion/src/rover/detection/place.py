@@ -13,7 +13,7 @@ from rover.detection.classifier import CLASSES
 from rover.geometry import Pose2
 
 if TYPE_CHECKING:
-    from rover.detection.fusion import EvidenceSettings
+    from rover.detection.evidence_settings import EvidenceSettings
     from rover.detection.ground.detect import Detection
 
 # Share of each class among candidates, as one look knows it beforehand.

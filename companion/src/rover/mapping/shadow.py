@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rover.mapping.camera_view import CameraView
 
 if TYPE_CHECKING:
-    from rover.mapping.survey_grid import ClassifiedSpot
+    from rover.mapping.spot import ClassifiedSpot
 
 # A detection counts as an obstacle from this probability on.
 OBSTACLE = 0.4

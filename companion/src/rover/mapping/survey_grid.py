@@ -8,7 +8,7 @@ in its cone. A cell is occupied when either layer says so. Row 0 lies at y = 0, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,6 +19,7 @@ from rover.geometry import Pose2
 from rover.mapping.camera_view import CameraView, view_polygon
 from rover.mapping.shadow import obstacle_cover
 from rover.mapping.sonar_cone import cone_update
+from rover.mapping.spot import ClassifiedSpot
 from rover.mapping.thermal_anomaly import anomalies
 from rover.vehicle import SonarMount
 from rover.vision.camera.model import CameraModel
@@ -50,19 +51,6 @@ LAYERS = {
 }
 # Frames after which the mosaic forgets the first ones.
 MOSAIC_MEMORY = 50
-
-
-class ClassifiedSpot(Protocol):
-    """What the map needs to know of a detection (`rover.detection.ground.detect`): base_link, metres."""
-
-    @property
-    def x(self) -> float: ...
-    @property
-    def y(self) -> float: ...
-    @property
-    def extent(self) -> float: ...
-    @property
-    def p(self) -> dict[str, float]: ...
 
 
 class SurveyGrid:

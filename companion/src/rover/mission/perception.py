@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.detection.classifier import Classifier
-from rover.detection.fusion import Evidence, EvidenceSettings
+from rover.detection.evidence_settings import EvidenceSettings
+from rover.detection.fusion import Evidence
 from rover.detection.ground.detect import DetectSettings, detect
 from rover.detection.ground.image import GroundRectifier
 from rover.detection.place import Place

@@ -42,7 +42,7 @@ def drive(port: str, segments: list[Segment]) -> Odometry:
     for first, last in itertools.pairwise(begins):  # a run ends wherever the rover comes to rest
         end = link.stream.begin(segments[first:last], end)
     reached = Odometry(0.0, 0.0, 0.0, 0.0)
-    while clock.now() < end + 0.5:
+    while clock.now() < end + 0.5 or (link.state is not None and link.state.moving):  # a busy rig lags behind the clock
         reached = next((event for event in reversed(link.poll()) if isinstance(event, Odometry)), reached)
         clock.advance(clock.now() + STEP)
     link.disarm()

@@ -30,7 +30,7 @@ PAGES = sorted(
     if page.parts[-2] != "results"  # those commands are run by `make results`
 )
 LANGUAGES = {"sh", "toml", "python", "diff", "text", "csv", "json", "mermaid", "rust", "dbc"}
-TIME_LIMIT_S = 300
+TIME_LIMIT_S = 900
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
+from rover.link.baud import DEFAULT_BAUD
 from rover_hil.emulator import wiring
 from rover_hil.emulator.board import TICK_CYCLES, Board
 from rover_hil.emulator.chip import CYCLES_PER_US, Chip
@@ -22,8 +23,7 @@ from rover_protocol import framing, messages
 from rover_protocol.message import Message
 
 ELF = Path(__file__).parent / "build" / "rover-pico.elf"
-BAUD = 230_400
-BYTE_CYCLES = 10 * CYCLES_PER_US * 1_000_000 / BAUD
+BYTE_CYCLES = 10 * CYCLES_PER_US * 1_000_000 / DEFAULT_BAUD
 BATTERY_MV = 7400
 ECHO_US = 5800
 """Of something 1 m ahead of each sonar."""
@@ -93,7 +93,7 @@ class Bench:
         due = float(at)
         for byte in framing.encode(message.ID, self.sequence, message.pack(**fields)):
             due += BYTE_CYCLES
-            alarm = self.chip.virtual_clock.create_alarm(partial(self.chip.uarts[0].receive, byte, BAUD))
+            alarm = self.chip.virtual_clock.create_alarm(partial(self.chip.uarts[0].receive, byte, DEFAULT_BAUD))
             alarm.schedule_at(round(due))
         self.sequence = (self.sequence + 1) & 255
         return round(due)

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from rover.errors import PreflightFailed
+from rover.link.baud import DEFAULT_BAUD
 from rover_hil.firmware_process import FirmwareProcess, emulator_command
 from rover_protocol import framing, messages
 from rover_protocol.rig_tick import TickReply, TickRequest
@@ -21,7 +22,7 @@ class Board:
     """The emulated board as a process, on a bench of its own."""
 
     def __init__(self) -> None:
-        self._process = FirmwareProcess(emulator_command(), 230_400)
+        self._process = FirmwareProcess(emulator_command(), DEFAULT_BAUD)
         self._decoder = framing.Decoder()
         self._now_us = self._sent = self._received = 0
         self.heard: list[tuple[str, dict[str, Any]]] = []

@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from rover.vehicle import Vehicle
 from rover_hil.testing.plants import NO_SLIP, SAME_MOTORS, drive, make_plant
 
-RADIUS, TRACK, COUNTS = 0.0325, 0.20, 1560
+VEHICLE = Vehicle()
+RADIUS, TRACK, COUNTS = VEHICLE.wheel_radius, VEHICLE.track_width, VEHICLE.counts_per_revolution
 EMF, RESISTANCE, COULOMB, VISCOUS = 0.5, 3.0, 0.04, 0.004
 INERTIA = 8.0e-4 + 2.4 * RADIUS**2 / 2.0
 """Of one wheel when the rover drives straight: rotor and wheel, and half the rover's mass."""

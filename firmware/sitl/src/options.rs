@@ -17,6 +17,9 @@ With --parameters, saved parameters are kept in FILE, which is made if it does n
 With --reset-cause the firmware says that it was started for that reason; power-on when left out.
 Ends when stdin ends; with --statistics it then says on stderr what went over the wire.";
 
+/// Bits per second of the serial line when nothing else is said.
+pub const DEFAULT_BAUD: u32 = 230_400;
+
 /// What the companion is connected by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WireKind {
@@ -53,7 +56,7 @@ impl Options {
         let mut statistics = false;
         let mut wire = WireKind::default();
         let mut parameters = None;
-        let mut baud = 230_400;
+        let mut baud = DEFAULT_BAUD;
         let mut reset_cause = reset_cause::POWER_ON;
         let mut git_hash = built_hash.map_or(0, |hash| parse_hash(hash).unwrap_or(0));
         while let Some(name) = arguments.next() {
@@ -136,7 +139,7 @@ mod tests {
                 statistics: false,
                 wire: WireKind::Serial,
                 serial: 5,
-                baud: 230_400,
+                baud: DEFAULT_BAUD,
                 git_hash: 0,
                 parameters: None,
                 reset_cause: reset_cause::POWER_ON,

@@ -174,7 +174,7 @@ mod tests {
 
     /// Milliseconds of the ticks at which `count` bytes reach the core that are on the line from 806 us on.
     fn ticks(count: usize) -> Vec<u64> {
-        let mut receiver = Receiver::new(230_400);
+        let mut receiver = Receiver::new(crate::options::DEFAULT_BAUD);
         receiver.arrive(&vec![0; count], WORLD_BEHIND_NS);
         let mut heard = vec![];
         for tick in 1..5 {
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn each_byte_has_the_time_at_which_it_came() {
-        let mut receiver = Receiver::new(230_400);
+        let mut receiver = Receiver::new(crate::options::DEFAULT_BAUD);
         receiver.arrive(b"abc", 5_000_000);
         let mut times = vec![];
         receiver.deliver(6_000_000, |byte, time_us| times.push((byte, time_us)));

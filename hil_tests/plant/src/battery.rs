@@ -13,6 +13,7 @@ const OPEN_CIRCUIT: [(f64, f64); 7] = [
     (1.0, 8.4),
 ];
 
+/// The pack and how full it is.
 pub struct Battery {
     config: config::Battery,
     charge: f64,
@@ -20,6 +21,7 @@ pub struct Battery {
 }
 
 impl Battery {
+    /// A pack that has stood idle.
     pub fn new(config: &config::Battery) -> Self {
         let mut battery = Self {
             config: config.clone(),
@@ -40,6 +42,7 @@ impl Battery {
         self.charge
     }
 
+    /// Sets the state of charge, 0 to 1.
     pub fn set_charge(&mut self, charge: f64) {
         self.charge = charge.clamp(0.0, 1.0);
     }
@@ -63,4 +66,51 @@ fn open_circuit(charge: f64) -> f64 {
             let ((low, start), (high, end)) = (pair[0], pair[1]);
             start + (end - start) * (charge - low) / (high - low)
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_open_circuit_voltage_goes_through_its_points_and_never_falls_with_the_charge() {
+        for (charge, voltage) in OPEN_CIRCUIT {
+            assert!((open_circuit(charge) - voltage).abs() < 1e-12);
+        }
+        let steps: Vec<f64> = (0..=1000)
+            .map(|i| open_circuit(f64::from(i) / 1000.0))
+            .collect();
+        assert!(steps.windows(2).all(|pair| pair[0] <= pair[1]));
+        assert_eq!((open_circuit(-1.0), open_circuit(2.0)), (5.6, 8.4));
+    }
+
+    #[test]
+    fn an_hour_at_one_ampere_takes_an_ampere_hour() {
+        let config = config::Battery {
+            capacity_ah: 2.0,
+            state_of_charge: 1.0,
+            base_current: 0.0,
+            ..Default::default()
+        };
+        let mut battery = Battery::new(&config);
+        for _ in 0..3600 {
+            battery.step(1.0, 0.0, 1.0);
+        }
+        assert!((battery.charge() - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn current_and_faults_lower_the_terminal_voltage_and_braking_does_not_raise_it() {
+        let mut battery = Battery::new(&config::Battery::default());
+        let idle = battery.voltage();
+        battery.step(-3.0, 0.0, 0.0);
+        assert_eq!(battery.voltage(), idle);
+        battery.step(2.0, 0.0, 0.0);
+        assert!(
+            (idle - battery.voltage() - 2.0 * config::Battery::default().internal_resistance).abs()
+                < 1e-9
+        );
+        battery.step(0.0, 100.0, 0.0);
+        assert_eq!(battery.voltage(), 0.0);
+    }
 }

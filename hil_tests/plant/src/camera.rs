@@ -11,18 +11,23 @@ const SKY_TEMPERATURE: f32 = 250.0;
 
 /// One picture on its way to the companion.
 pub struct Frame {
+    /// Number of the frame, from 0; counts on over frames that were not sent.
     pub sequence: u64,
+    /// Time of the exposure, µs.
     pub exposure_us: u64,
+    /// When the companion gets it, µs.
     pub delivered_us: u64,
     /// Taken while the shutter was closed: a repetition of the frame before, without depths.
     pub ffc: bool,
     /// Kelvin × 100, row-major.
     pub counts: Vec<u16>,
+    /// True pose of the rover at the exposure.
     pub pose: Pose,
     /// Along the optical axis from the lens to what each pixel saw, metres; infinite for the sky.
     pub depth: Vec<f32>,
 }
 
+/// The camera and what its sensor has left over from its last calibration.
 pub struct Camera {
     config: config::Camera,
     random: Random,
@@ -37,6 +42,7 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera whose first exposure is still to come.
     pub fn new(config: &config::Camera, seed: u64) -> Self {
         let (width, height) = (config.width, config.height);
         let mut rays = Vec::with_capacity(width * height);
@@ -170,5 +176,100 @@ impl Camera {
             (kelvin, depth)
         };
         self.rays.iter().map(see).unzip()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POSE: Pose = Pose {
+        x: 1.0,
+        y: 1.0,
+        heading: 0.0,
+    };
+
+    fn small() -> config::Camera {
+        config::Camera {
+            width: 16,
+            height: 12,
+            cx: 7.5,
+            cy: 5.5,
+            fx: 14.0,
+            fy: 14.0,
+            ..Default::default()
+        }
+    }
+
+    fn ground() -> Terrain {
+        Terrain::new(vec![300.0; 400], vec![0.0; 400], 20, (-10.0, -10.0), 1.0).unwrap()
+    }
+
+    #[test]
+    fn pictures_come_at_their_period_with_their_own_time() {
+        let mut camera = Camera::new(&small(), 1);
+        let frames: Vec<Frame> = (0..600)
+            .filter_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
+            .collect();
+        let exposures: Vec<u64> = frames
+            .iter()
+            .map(|frame| frame.exposure_us / 1000)
+            .collect();
+        assert_eq!(exposures, [50, 170, 290, 410, 530]);
+        assert!(frames
+            .iter()
+            .all(|frame| frame.delivered_us == frame.exposure_us + 60_000));
+        assert_eq!(
+            frames
+                .iter()
+                .map(|frame| frame.sequence)
+                .collect::<Vec<_>>(),
+            [0, 1, 2, 3, 4]
+        );
+    }
+
+    #[test]
+    fn an_even_ground_is_seen_at_its_temperature_up_to_noise_and_vignetting() {
+        let mut camera = Camera::new(&small(), 1);
+        let frame = camera.poll(50_000, POSE, &ground(), None).unwrap();
+        for (pixel, depth) in frame.counts.iter().zip(&frame.depth) {
+            assert!(depth.is_finite());
+            assert!((29_900..=30_030).contains(pixel), "{pixel}");
+        }
+    }
+
+    #[test]
+    fn a_closed_shutter_repeats_the_last_picture_without_depths_and_leaves_a_new_pattern() {
+        let config = config::Camera {
+            netd: 0.0,
+            ..small()
+        };
+        let mut camera = Camera::new(&config, 1);
+        let frames: Vec<Frame> = (0..4000)
+            .filter_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
+            .collect();
+        let closed: Vec<bool> = frames.iter().map(|frame| frame.ffc).collect();
+        let first = closed.iter().position(|ffc| *ffc).unwrap();
+        let open = first + closed[first..].iter().position(|ffc| !*ffc).unwrap();
+        assert!((3_000_000..3_120_000).contains(&frames[first].exposure_us));
+        assert!(frames[open].exposure_us >= 3_400_000);
+        let before = &frames[first - 1].counts;
+        for frame in &frames[first..open] {
+            assert!(frame.depth.is_empty() && frame.counts == *before);
+        }
+        assert_ne!(frames[open].counts, *before);
+    }
+
+    #[test]
+    fn a_frozen_camera_repeats_itself_and_a_dead_one_is_silent() {
+        let mut camera = Camera::new(&small(), 1);
+        let first = camera.poll(50_000, POSE, &ground(), None).unwrap();
+        let frozen = camera
+            .poll(170_000, POSE, &ground(), Some(CameraFault::Frozen))
+            .unwrap();
+        assert_eq!(frozen.counts, first.counts);
+        assert!(camera
+            .poll(290_000, POSE, &ground(), Some(CameraFault::Dead))
+            .is_none());
     }
 }

@@ -2,19 +2,31 @@
 
 use serde::Deserialize;
 
+/// The whole plant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Fixes everything that is random.
     pub seed: u64,
+    /// Lower-left corner of the ground rasters' first cell, metres.
     pub raster_origin_x: f64,
+    /// As for x.
     pub raster_origin_y: f64,
+    /// Side of a cell of the ground rasters, metres.
     pub raster_resolution: f64,
+    /// Size of the area along x, whose bounds are walls, metres.
     pub area_width: f64,
+    /// Size of the area along y, metres.
     pub area_height: f64,
+    /// Where the rover starts.
     pub launch: Launch,
+    /// Chassis, wheels and motors.
     pub drive: Drive,
+    /// The pack.
     pub battery: Battery,
+    /// The ultrasonic sensors.
     pub sonar: Sonar,
+    /// The thermal camera.
     pub camera: Camera,
     /// Bits per second of the serial line; ten bits carry a byte.
     pub baud: u64,
@@ -46,9 +58,13 @@ impl Default for Config {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Launch {
+    /// Metres.
     pub x: f64,
+    /// Metres.
     pub y: f64,
+    /// Radians, counter-clockwise from x.
     pub heading: f64,
+    /// Radius of the surveyed disc, metres.
     pub surveyed_radius: f64,
 }
 
@@ -67,13 +83,19 @@ impl Default for Launch {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Drive {
+    /// Between the wheels' contact patches, metres.
     pub track_width: f64,
+    /// Rolling radius of a wheel, metres.
     pub wheel_radius: f64,
+    /// x4 quadrature counts of a wheel's turn.
     pub counts_per_revolution: f64,
+    /// Of the whole rover, kg.
     pub mass: f64,
+    /// About the vertical through base_link, kg m².
     pub yaw_inertia: f64,
     /// Rotor seen through the gear, plus the wheel, kg m².
     pub rotor_inertia: f64,
+    /// Of a motor's winding, ohms.
     pub resistance: f64,
     /// V s/rad, and N m/A.
     pub back_emf: f64,
@@ -85,9 +107,11 @@ pub struct Drive {
     pub motor_tolerance: f64,
     /// Standard deviation and bound of each wheel's constant slip fraction.
     pub slip_bias: f64,
+    /// Bound of the constant slip fraction.
     pub slip_bias_limit: f64,
     /// Standard deviation and correlation time (s) of the slip that varies.
     pub slip_noise: f64,
+    /// Correlation time of the slip that varies, s.
     pub slip_time_constant: f64,
     /// Torque that a blocked wheel needs to spin on the ground, N m.
     pub traction_torque: f64,
@@ -120,8 +144,11 @@ impl Default for Drive {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Battery {
+    /// Capacity, ampere hours.
     pub capacity_ah: f64,
+    /// Charge at the start, 0 to 1.
     pub state_of_charge: f64,
+    /// Ohms.
     pub internal_resistance: f64,
     /// Companion and electronics, amperes.
     pub base_current: f64,
@@ -145,16 +172,23 @@ impl Default for Battery {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sonar {
+    /// Left, centre, right: x and y in metres, yaw in radians.
     pub mounts: [[f64; 3]; 3],
     /// Obstacles must be taller than this to echo, metres.
     pub mount_height: f64,
+    /// Half the opening angle of the cone, radians.
     pub half_angle: f64,
+    /// Nothing is measured as nearer than this, metres.
     pub minimum_range: f64,
+    /// Nothing farther echoes, metres.
     pub maximum_range: f64,
+    /// Share of echoes that get lost.
     pub dropout: f64,
     /// Range noise: constant part (m) and part of the range.
     pub noise: f64,
+    /// Part of the range noise that grows with the range.
     pub noise_fraction: f64,
+    /// Nominal speed of sound, m/s.
     pub sound_speed: f64,
     /// The air's speed of sound differs from nominal by up to this fraction.
     pub sound_speed_tolerance: f64,
@@ -182,30 +216,47 @@ impl Default for Sonar {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Camera {
+    /// Pixels.
     pub width: usize,
+    /// Pixels.
     pub height: usize,
+    /// Focal length along a row, pixels.
     pub fx: f64,
+    /// Focal length along a column, pixels.
     pub fy: f64,
+    /// Principal point, pixels.
     pub cx: f64,
+    /// Principal point, pixels.
     pub cy: f64,
+    /// Lens on base_link, metres ahead.
     pub mount_x: f64,
+    /// Lens on base_link, metres to the left.
     pub mount_y: f64,
+    /// Lens above the ground, metres.
     pub mount_z: f64,
     /// Columns: the optical axes (right, down, forward) in base_link.
     pub rotation: [[f64; 3]; 3],
+    /// Time of the first picture, µs.
     pub first_exposure_us: u64,
+    /// Between two pictures, µs.
     pub period_us: u64,
+    /// From the exposure until the companion has the picture, µs.
     pub latency_us: u64,
     /// Temporal noise of one pixel, kelvin.
     pub netd: f64,
     /// Standard deviations of the fixed pattern that each FFC leaves, kelvin.
     pub row_pattern: f64,
+    /// As for the rows.
     pub column_pattern: f64,
+    /// As for the rows, of each pixel alone.
     pub pixel_pattern: f64,
     /// How much colder the corners look than the centre, kelvin.
     pub vignetting: f64,
+    /// Begin of the first shutter calibration, µs.
     pub ffc_first_us: u64,
+    /// Between the beginnings of two, µs.
     pub ffc_period_us: u64,
+    /// How long one lasts, µs.
     pub ffc_duration_us: u64,
 }
 
@@ -286,6 +337,37 @@ impl Config {
                 "plant configuration: {name} must be whole ms, not {value} µs"
             )),
             None => Ok(config),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_said_is_the_nominal_rover() {
+        let config = Config::parse(r#"{"seed": 3, "drive": {"mass": 3.0}}"#).unwrap();
+        assert_eq!((config.seed, config.drive.mass), (3, 3.0));
+        assert_eq!(config.drive.wheel_radius, Drive::default().wheel_radius);
+    }
+
+    #[test]
+    fn the_first_thing_that_is_wrong_is_named() {
+        for (json, named) in [
+            (r#"{"drive": {"wheels": 3}}"#, "wheels"),
+            (
+                r#"{"drive": {"wheel_radius": 0}}"#,
+                "drive.wheel_radius must be positive, not 0",
+            ),
+            (
+                r#"{"camera": {"period_us": 1500}}"#,
+                "camera.period_us must be whole ms, not 1500",
+            ),
+            ("3", "plant configuration"),
+        ] {
+            let error = Config::parse(json).unwrap_err();
+            assert!(error.contains(named), "{error}");
         }
     }
 }

@@ -11,10 +11,13 @@ use crate::random::Random;
 /// What the H-bridges do: duty -1..1 of the supply, or open (coast).
 #[derive(Clone, Copy, Default)]
 pub struct Bridge {
+    /// Of the left and the right motor, -1 to 1.
     pub duty: [f64; 2],
+    /// False: both bridges are open.
     pub powered: bool,
 }
 
+/// Both wheels with their motors and encoders.
 pub struct Drive {
     config: config::Drive,
     random: Random,
@@ -33,6 +36,7 @@ pub struct Drive {
 }
 
 impl Drive {
+    /// Standing wheels; `seed` draws what tells one motor and wheel from the other.
     pub fn new(config: &config::Drive, seed: u64) -> Self {
         let mut random = Random::stream(seed, "drive");
         let mut spread = |nominal: f64| nominal * (1.0 + random.symmetric(config.motor_tolerance));
@@ -191,5 +195,101 @@ impl Drive {
         for noise in &mut self.slip_noise {
             *noise += -decay * *noise + kick * f64::from(self.random.quick_normal());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-3;
+    const SUPPLY: f64 = 7.4;
+
+    /// A rover whose motors are alike and whose wheels do not slip.
+    fn exact() -> config::Drive {
+        config::Drive {
+            motor_tolerance: 0.0,
+            slip_bias: 0.0,
+            slip_noise: 0.0,
+            ..Default::default()
+        }
+    }
+
+    fn run(drive: &mut Drive, duty: [f64; 2], faults: &Faults, steps: usize) -> [f64; 2] {
+        let mut way = [0.0; 2];
+        for _ in 0..steps {
+            let bridge = Bridge {
+                duty,
+                powered: true,
+            };
+            let travel = drive.step(bridge, SUPPLY, false, faults, DT);
+            way = [way[0] + travel[0], way[1] + travel[1]];
+        }
+        way
+    }
+
+    #[test]
+    fn the_steady_speed_is_where_the_motors_torque_equals_friction() {
+        let config = exact();
+        let mut drive = Drive::new(&config, 1);
+        run(&mut drive, [0.5, 0.5], &Faults::default(), 5000);
+        let speed = drive.surface_speed()[0] / config.wheel_radius;
+        let current = (0.5 * SUPPLY - config.back_emf * speed) / config.resistance;
+        let torque = config.back_emf * current - config.viscous_friction * speed;
+        assert!((torque - config.coulomb_friction).abs() < 1e-6, "{torque}");
+    }
+
+    #[test]
+    fn a_duty_below_static_friction_moves_nothing_at_all() {
+        let config = exact();
+        let needed = config.coulomb_friction / config.back_emf * config.resistance / SUPPLY;
+        let mut drive = Drive::new(&config, 1);
+        assert_eq!(
+            run(&mut drive, [0.99 * needed; 2], &Faults::default(), 1000),
+            [0.0; 2]
+        );
+        assert!(run(&mut drive, [1.05 * needed; 2], &Faults::default(), 1000)[0] > 0.0);
+    }
+
+    #[test]
+    fn open_bridges_let_the_wheels_roll_out() {
+        let mut drive = Drive::new(&exact(), 1);
+        run(&mut drive, [0.6, 0.6], &Faults::default(), 1000);
+        let mut steps = 0;
+        while drive.surface_speed() != [0.0; 2] {
+            drive.step(Bridge::default(), SUPPLY, false, &Faults::default(), DT);
+            steps += 1;
+            assert!(steps < 5000, "friction must stop it");
+        }
+        assert_eq!(drive.supply_current(), 0.0);
+        assert!(steps > 50, "and not at once: {steps} ms");
+    }
+
+    #[test]
+    fn counts_follow_the_shaft_and_a_stuck_encoder_loses_them_for_good() {
+        let config = exact();
+        let mut drive = Drive::new(&config, 1);
+        let mut faults = Faults::default();
+        run(&mut drive, [0.5, 0.5], &faults, 500);
+        let turned = drive.angle()[1] / std::f64::consts::TAU * config.counts_per_revolution;
+        assert_eq!(drive.counts()[1], turned.floor() as i32);
+        faults.set("encoder-stuck", 0, 1.0).unwrap();
+        let before = drive.counts()[0];
+        run(&mut drive, [0.5, 0.5], &faults, 500);
+        assert_eq!(drive.counts()[0], before);
+        faults.set("encoder-stuck", 0, 0.0).unwrap();
+        run(&mut drive, [0.5, 0.5], &faults, 500);
+        assert!(drive.counts()[0] > before && drive.counts()[0] < drive.counts()[1]);
+    }
+
+    #[test]
+    fn one_seed_gives_one_rover() {
+        let config = config::Drive::default();
+        let drive = |seed| {
+            let mut drive = Drive::new(&config, seed);
+            run(&mut drive, [0.4, 0.5], &Faults::default(), 300)
+        };
+        assert_eq!(drive(5), drive(5));
+        assert_ne!(drive(5), drive(6));
     }
 }

@@ -4,15 +4,19 @@
 /// What is broken now. The default is a sound rover.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
+    /// Left and right.
     pub wheels: [WheelFault; 2],
     /// The plugs of both encoders are in each other's sockets.
     pub encoders_swapped: bool,
+    /// Left, centre, right.
     pub sonars: [Option<SonarFault>; 3],
     /// Taken off the battery's terminal voltage, volts.
     pub voltage_drop: f64,
+    /// Of the thermal camera.
     pub camera: Option<CameraFault>,
 }
 
+/// What is broken at one wheel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WheelFault {
     /// The encoder gives no edges; those are lost for good.
@@ -27,6 +31,7 @@ pub struct WheelFault {
     pub open: bool,
 }
 
+/// What is wrong with one sonar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SonarFault {
     /// The sensor says nothing, not even a timeout.
@@ -37,6 +42,7 @@ pub enum SonarFault {
     Deaf,
 }
 
+/// What is wrong with the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraFault {
     /// New frames with the old picture.
@@ -107,4 +113,64 @@ fn camera_fault(name: &str) -> Option<CameraFault> {
         "camera-ffc" => CameraFault::Calibrating,
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_comes_and_goes_by_its_name() {
+        let names = [
+            "encoders-swapped",
+            "voltage-drop",
+            "sonar-dead",
+            "sonar-near",
+            "sonar-deaf",
+            "encoder-stuck",
+            "encoder-reversed",
+            "wheel-slip",
+            "motor-stalled",
+            "motor-open",
+            "camera-frozen",
+            "camera-dead",
+            "camera-ffc",
+        ];
+        let sound = format!("{:?}", Faults::default());
+        for name in names {
+            let mut faults = Faults::default();
+            faults.set(name, 1, 0.5).unwrap();
+            assert_ne!(format!("{faults:?}"), sound, "{name} changes something");
+            faults.set(name, 1, 0.0).unwrap();
+            assert_eq!(format!("{faults:?}"), sound, "{name} goes again");
+        }
+    }
+
+    #[test]
+    fn what_does_not_exist_is_said() {
+        let mut faults = Faults::default();
+        assert!(faults
+            .set("wheel-lost", 0, 1.0)
+            .unwrap_err()
+            .contains("wheel-lost"));
+        assert!(faults
+            .set("motor-open", 2, 1.0)
+            .unwrap_err()
+            .contains("two, 0 and 1"));
+        assert!(faults
+            .set("sonar-dead", 3, 1.0)
+            .unwrap_err()
+            .contains("three, 0 to 2"));
+    }
+
+    #[test]
+    fn an_encoder_is_swapped_before_its_own_fault_acts() {
+        let mut faults = Faults::default();
+        faults.set("encoders-swapped", 0, 1.0).unwrap();
+        assert_eq!(faults.encoder_steps([3, -7]), [-7, 3]);
+        faults.set("encoder-reversed", 0, 1.0).unwrap();
+        assert_eq!(faults.encoder_steps([3, -7]), [7, 3]);
+        faults.set("encoder-stuck", 0, 1.0).unwrap();
+        assert_eq!(faults.encoder_steps([3, -7]), [0, 3]);
+    }
 }

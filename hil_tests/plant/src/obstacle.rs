@@ -2,11 +2,16 @@
 
 use crate::pose::Pose;
 
+/// An upright disc, metres.
 #[derive(Clone, Copy, Debug)]
 pub struct Obstacle {
+    /// Of its axis.
     pub x: f64,
+    /// Of its axis.
     pub y: f64,
+    /// Of the disc.
     pub radius: f64,
+    /// Above the ground.
     pub height: f64,
 }
 
@@ -51,4 +56,44 @@ pub fn block(
     free.x = x;
     free.y = y;
     (free, contact)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POST: Obstacle = Obstacle {
+        x: 1.0,
+        y: 1.0,
+        radius: 0.05,
+        height: 0.3,
+    };
+
+    fn at(x: f64, y: f64) -> Pose {
+        Pose { x, y, heading: 0.3 }
+    }
+
+    #[test]
+    fn clearance_is_between_the_edges() {
+        assert!((obstacle_clearance(at(1.0, 0.5), 0.15, &[POST]) - 0.3).abs() < 1e-12);
+        assert_eq!(obstacle_clearance(at(1.0, 0.5), 0.15, &[]), f64::INFINITY);
+        assert!((wall_clearance(at(0.4, 0.7), 0.15, 3.0, 4.0) - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_disc_that_has_run_into_something_is_put_at_its_edge_with_its_heading() {
+        let (pose, contact) = block(at(0.9, 1.0), 0.15, &[POST], 3.0, 4.0);
+        assert!(contact);
+        assert!((pose.x - 0.8).abs() < 1e-12);
+        assert_eq!((pose.y, pose.heading), (1.0, 0.3));
+        let (pose, contact) = block(at(2.95, 1.0), 0.15, &[], 3.0, 4.0);
+        assert!(contact);
+        assert!((pose.x - 2.85).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_free_disc_stays_where_it_is() {
+        let free = at(0.5, 1.0);
+        assert_eq!(block(free, 0.15, &[POST], 3.0, 4.0), (free, false));
+    }
 }

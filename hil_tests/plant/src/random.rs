@@ -27,7 +27,8 @@ impl Random {
         }
     }
 
-    pub fn next(&mut self) -> u64 {
+    /// The next 64 bits.
+    pub fn bits(&mut self) -> u64 {
         let s = &mut self.state;
         let result = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
         let t = s[1] << 17;
@@ -42,7 +43,7 @@ impl Random {
 
     /// Uniform in [0, 1).
     pub fn uniform(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+        (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
     /// Uniform in [-bound, bound).
@@ -67,9 +68,52 @@ impl Random {
     pub fn quick_normal(&mut self) -> f32 {
         const MEAN: f32 = 8.0 * 127.5;
         const SIGMA: f32 = 209.021_52; // sqrt(8 (256^2 - 1) / 12)
-        let x = self.next();
+        let x = self.bits();
         let pairs = (x & 0x00ff_00ff_00ff_00ff) + ((x >> 8) & 0x00ff_00ff_00ff_00ff);
         let sum = pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48;
         (sum as f32 - MEAN) / SIGMA
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_is_its_seed_and_its_name() {
+        let first = |seed, name| Random::stream(seed, name).bits();
+        assert_eq!(first(1, "drive"), first(1, "drive"));
+        assert_ne!(first(1, "drive"), first(2, "drive"));
+        assert_ne!(first(1, "drive"), first(1, "sonar"));
+    }
+
+    /// Mean and variance of 200,000 draws.
+    fn moments(mut draw: impl FnMut() -> f64) -> (f64, f64) {
+        let values: Vec<f64> = (0..200_000).map(|_| draw()).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (
+            mean,
+            values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / values.len() as f64,
+        )
+    }
+
+    #[test]
+    fn draws_have_the_moments_that_they_promise() {
+        let mut random = Random::stream(3, "moments");
+        let (mean, variance) = moments(|| random.uniform());
+        assert!((mean - 0.5).abs() < 0.005 && (variance - 1.0 / 12.0).abs() < 0.001);
+        let (mean, variance) = moments(|| random.normal());
+        assert!(mean.abs() < 0.01 && (variance - 1.0).abs() < 0.02);
+        let (mean, variance) = moments(|| f64::from(random.quick_normal()));
+        assert!(mean.abs() < 0.01 && (variance - 1.0).abs() < 0.02);
+    }
+
+    #[test]
+    fn bounds_hold() {
+        let mut random = Random::stream(4, "bounds");
+        for _ in 0..10_000 {
+            assert!((0.0..1.0).contains(&random.uniform()));
+            assert!((-0.3..0.3).contains(&random.symmetric(0.3)));
+        }
     }
 }

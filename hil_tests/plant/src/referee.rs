@@ -14,19 +14,24 @@ const RELEASE: f64 = 0.005;
 /// Closer than this counts as touching: the plant keeps the two exactly apart while they press.
 const TOUCH: f64 = 1e-4;
 
+/// What has been counted and measured so far.
 pub struct Referee {
     area: (f64, f64),
     radius: f64,
     half_track: f64,
     in_contact: bool,
+    /// Contacts with obstacles and walls; one counts until there is room again.
     pub collisions: u32,
+    /// Smallest distance from the footprint to an obstacle, metres; infinite without obstacles.
     pub min_clearance: f64,
+    /// Smallest distance from the footprint to a bound of the area, metres.
     pub min_wall_clearance: f64,
     /// (time s, x, y, heading) every 10 ms.
     pub truth: Vec<[f64; 4]>,
 }
 
 impl Referee {
+    /// A referee that has seen nothing yet.
     pub fn new(config: &Config) -> Self {
         Self {
             area: (config.area_width, config.area_height),
@@ -88,5 +93,81 @@ impl Referee {
             [caster.x + ball, caster.y + ball],
             |x, y| (x - caster.x).hypot(y - caster.y) <= ball,
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Scene {
+        referee: Referee,
+        survey: Survey,
+        now_us: u64,
+    }
+
+    impl Scene {
+        fn new() -> Self {
+            let config = Config::default();
+            Self {
+                referee: Referee::new(&config),
+                survey: Survey::new(&config),
+                now_us: 0,
+            }
+        }
+
+        fn look(&mut self, x: f64, blocked: bool) {
+            const POST: Obstacle = Obstacle {
+                x: 1.5,
+                y: 0.4,
+                radius: 0.05,
+                height: 0.3,
+            };
+            let pose = Pose {
+                x,
+                y: 0.4,
+                heading: 0.0,
+            };
+            self.now_us += 10_000;
+            self.referee
+                .look(self.now_us, pose, blocked, &[POST], &mut self.survey);
+        }
+    }
+
+    #[test]
+    fn one_contact_counts_once_until_there_is_room_again() {
+        let mut scene = Scene::new();
+        for (x, blocked) in [
+            (1.0, false),
+            (1.3, true),
+            (1.299, true),
+            (1.298, false),
+            (1.3, true),
+        ] {
+            scene.look(x, blocked);
+        }
+        assert_eq!(
+            scene.referee.collisions, 1,
+            "2 mm of room are no end of a contact"
+        );
+        scene.look(1.2, false);
+        scene.look(1.3, true);
+        assert_eq!(scene.referee.collisions, 2);
+        assert!(scene.referee.min_clearance.abs() < 1e-9);
+    }
+
+    #[test]
+    fn wheels_and_caster_on_unseen_ground_are_counted() {
+        let mut scene = Scene::new();
+        scene.look(0.4, false);
+        assert_eq!(
+            scene.survey.unseen_touched(),
+            0.0,
+            "the launch disc was surveyed"
+        );
+        scene.look(2.0, false);
+        let patches = 2.0 * PATCH.0 * PATCH.1 + std::f64::consts::PI * CASTER.1 * CASTER.1;
+        assert!((scene.survey.unseen_touched() - patches).abs() < 0.3 * patches);
+        assert_eq!(scene.referee.truth.last().unwrap()[..2], [0.02, 2.0]);
     }
 }

@@ -11,12 +11,17 @@ use crate::sonar::Echo;
 
 /// What the firmware's peripherals read at a tick.
 pub struct Sensors {
+    /// Time since the firmware's start, µs.
     pub now_us: u64,
+    /// x4 quadrature counts, left and right.
     pub counts: [i32; 2],
+    /// The echo that has ended by now.
     pub echo: Option<Echo>,
     /// The echo that the sensor which was triggered at the last tick is going to hear.
     pub ping: Option<Echo>,
+    /// Battery as the converter reads it, mV.
     pub battery_mv: u16,
+    /// Whether the emergency stop is pressed.
     pub emergency_stop: bool,
     /// Bytes of the host that have come over the serial wire so far.
     pub host_bytes_due: u64,
@@ -24,14 +29,19 @@ pub struct Sensors {
 
 /// What the firmware's peripherals do until the next tick.
 pub struct Actuators {
+    /// Both motors.
     pub bridge: Bridge,
+    /// Whether the lamp is lit.
     pub led: bool,
+    /// Whether the buzzer sounds.
     pub buzzer: bool,
+    /// The sonar that is to ping now.
     pub sonar_trigger: Option<u8>,
     /// Bytes that the firmware has sent over the serial wire so far.
     pub bytes_sent: u64,
 }
 
+/// A firmware process at the other end of two pipes.
 pub struct Sitl {
     requests: File,
     replies: File,
@@ -112,5 +122,90 @@ fn ended(error: Error) -> Error {
             Error::new(ErrorKind::BrokenPipe, "rover-sitl has ended")
         }
         _ => error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Seek, SeekFrom};
+    use std::os::fd::AsRawFd;
+
+    use super::*;
+
+    fn sensors() -> Sensors {
+        Sensors {
+            now_us: 7000,
+            counts: [-1, 2],
+            echo: None,
+            ping: Some(Echo {
+                sensor: 1,
+                echo_us: 5800,
+            }),
+            battery_mv: 7400,
+            emergency_stop: true,
+            host_bytes_due: 9,
+        }
+    }
+
+    #[test]
+    fn a_request_says_which_sensors_have_spoken() {
+        let request = sensors().request();
+        assert_eq!((request.echo_sensor, request.echo_us), (NO_SENSOR, 0));
+        assert_eq!((request.ping, request.ping_echo_us), (2, 5800));
+        let echo = Some(Echo {
+            sensor: 0,
+            echo_us: 100,
+        });
+        let request = Sensors {
+            echo,
+            ping: None,
+            ..sensors()
+        }
+        .request();
+        assert_eq!(
+            (request.echo_sensor, request.echo_us, request.ping),
+            (0, 100, 0)
+        );
+    }
+
+    #[test]
+    fn a_reply_becomes_what_the_bridges_do() {
+        let reply = TickReply {
+            duty_left: i16::MIN,
+            duty_right: 16_384,
+            flags: POWERED | BUZZER,
+            sonar_trigger: NO_SENSOR,
+            bytes_sent: 3,
+        };
+        let actuators = Actuators::from(reply);
+        assert_eq!(actuators.bridge.duty, [-1.0, 0.5]);
+        assert!(actuators.bridge.powered && actuators.buzzer && !actuators.led);
+        assert_eq!((actuators.sonar_trigger, actuators.bytes_sent), (None, 3));
+    }
+
+    #[test]
+    fn a_firmware_that_ends_is_a_broken_pipe_and_a_bad_descriptor_is_refused() {
+        let folder = std::env::temp_dir().join(format!("plant-sitl-{}", std::process::id()));
+        let mut file = File::options()
+            .create(true)
+            .truncate(true)
+            .read(true)
+            .write(true)
+            .open(&folder)
+            .unwrap();
+        file.seek(SeekFrom::Start(0)).unwrap();
+        let mut sitl = Sitl::attach(
+            file.as_raw_fd(),
+            File::open("/dev/null").unwrap().as_raw_fd(),
+        )
+        .unwrap();
+        let error = sitl.exchange(&sensors()).err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::BrokenPipe);
+        assert!(error.to_string().contains("rover-sitl has ended"));
+        std::fs::remove_file(folder).unwrap();
+        assert_eq!(
+            Sitl::attach(-1, 0).err().unwrap().kind(),
+            ErrorKind::InvalidInput
+        );
     }
 }

@@ -25,10 +25,13 @@ const TIMEOUT_US: u64 = 27_000;
 /// An echo as the firmware's timer sees it; 0 µs is a timeout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Echo {
+    /// 0 left, 1 centre, 2 right.
     pub sensor: u8,
+    /// How long the echo pin is high, µs; 0 is a timeout.
     pub echo_us: u32,
 }
 
+/// The three sensors and the echoes that are under way.
 pub struct Sonar {
     config: config::Sonar,
     random: Random,
@@ -37,6 +40,7 @@ pub struct Sonar {
 }
 
 impl Sonar {
+    /// Sensors that rest; `seed` draws the air's speed of sound.
     pub fn new(config: &config::Sonar, seed: u64) -> Self {
         let mut random = Random::stream(seed, "sonar");
         let sound_speed =
@@ -157,4 +161,98 @@ fn cone_range(eye: Pose, half_angle: f64, obstacle: &Obstacle) -> Option<f64> {
         return None;
     }
     Some(distance * off_axis.cos() - (obstacle.radius * obstacle.radius - miss * miss).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn post(x: f64, y: f64) -> Obstacle {
+        Obstacle {
+            x,
+            y,
+            radius: 0.05,
+            height: 0.3,
+        }
+    }
+
+    const HERE: Pose = Pose {
+        x: 0.0,
+        y: 0.0,
+        heading: 0.0,
+    };
+    const CENTRE: usize = 1;
+
+    fn exact() -> Sonar {
+        let config = config::Sonar {
+            dropout: 0.0,
+            noise: 0.0,
+            noise_fraction: 0.0,
+            sound_speed_tolerance: 0.0,
+            ..Default::default()
+        };
+        Sonar::new(&config, 1)
+    }
+
+    #[test]
+    fn the_range_goes_to_the_near_side_of_what_stands_in_the_cone() {
+        let sonar = exact();
+        let range = |obstacle| sonar.true_range(CENTRE, HERE, &[obstacle]);
+        assert!((range(post(1.12, 0.0)).unwrap() - 0.95).abs() < 1e-9);
+        assert_eq!(range(post(1.0, 0.6)), None, "beside the cone");
+        assert_eq!(range(post(-1.0, 0.0)), None, "behind");
+        assert_eq!(range(post(5.0, 0.0)), None, "too far");
+        assert_eq!(
+            range(Obstacle {
+                height: 0.05,
+                ..post(1.0, 0.0)
+            }),
+            None,
+            "too low"
+        );
+        let edge = range(post(1.12, 0.29)).unwrap();
+        assert!(
+            edge > 0.95 && edge < 1.2,
+            "its part inside the cone: {edge}"
+        );
+    }
+
+    #[test]
+    fn an_echo_takes_the_sounds_way_there_and_back_and_comes_once() {
+        let mut sonar = exact();
+        sonar.trigger(1, 0, HERE, &[post(1.12, 0.0)], &[None; 3]);
+        let expected = sonar.expected(1).unwrap();
+        assert!((f64::from(expected.echo_us) - 2e6 * 0.95 / 343.0).abs() < 4.0);
+        assert_eq!(sonar.poll(5000), None);
+        let due = (5000..30_000).step_by(1000).find_map(|now| sonar.poll(now));
+        assert_eq!(due, Some(expected));
+        assert_eq!(sonar.poll(60_000), None);
+    }
+
+    #[test]
+    fn no_echo_is_a_timeout_and_a_dead_sensor_says_nothing() {
+        let mut sonar = exact();
+        sonar.trigger(0, 0, HERE, &[], &[None; 3]);
+        assert_eq!(sonar.poll(TIMEOUT_US - 1), None);
+        assert_eq!(
+            sonar.poll(TIMEOUT_US),
+            Some(Echo {
+                sensor: 0,
+                echo_us: 0
+            })
+        );
+        sonar.trigger(0, 0, HERE, &[], &[Some(SonarFault::Dead), None, None]);
+        assert_eq!((sonar.expected(0), sonar.poll(u64::MAX)), (None, None));
+    }
+
+    #[test]
+    fn no_echo_ends_near_the_moment_at_which_the_firmware_looks() {
+        for echo_us in 100..24_000 {
+            let end = (TRIGGER_US + burst_us(echo_us) + u64::from(echo_us)) % TICK_US;
+            assert!(
+                (AFTER_TICK_US..TICK_US - BEFORE_TICK_US).contains(&end),
+                "{echo_us}"
+            );
+        }
+    }
 }

@@ -14,6 +14,7 @@ const FARTHEST: f64 = 6.0;
 /// A cell this much deeper than the pixel's ray went still counts as hit: a pixel covers up to 2 cm of ground, metres.
 const DEPTH_TOLERANCE: f64 = 0.02;
 
+/// Raster of the area with a margin around it.
 pub struct Survey {
     camera: config::Camera,
     area: (f64, f64),
@@ -26,6 +27,7 @@ pub struct Survey {
 }
 
 impl Survey {
+    /// Nothing seen but the surveyed disc around the launch.
     pub fn new(config: &config::Config) -> Self {
         let cells = |size: f64| ((size + 2.0 * MARGIN) / CELL).ceil() as usize;
         let (columns, rows) = (cells(config.area_width), cells(config.area_height));
@@ -52,6 +54,7 @@ impl Survey {
         (self.columns, self.rows, -MARGIN, -MARGIN)
     }
 
+    /// Cells, row-major, row 0 at the smallest y.
     pub fn seen(&self) -> &[bool] {
         &self.seen
     }
@@ -199,4 +202,73 @@ fn centre(column: usize, row: usize) -> (f64, f64) {
         (column as f64 + 0.5) * CELL - MARGIN,
         (row as f64 + 0.5) * CELL - MARGIN,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn survey() -> Survey {
+        Survey::new(&config::Config {
+            area_width: 1.0,
+            area_height: 1.0,
+            ..Default::default()
+        })
+    }
+
+    #[test]
+    fn the_launch_disc_counts_as_seen_and_nothing_else_at_first() {
+        let survey = survey();
+        let seen = survey.seen().iter().filter(|cell| **cell).count() as f64 * CELL * CELL;
+        let radius = config::Launch::default().surveyed_radius;
+        assert!(
+            (seen - std::f64::consts::PI * radius * radius).abs() < 0.004,
+            "{seen}"
+        );
+    }
+
+    #[test]
+    fn unseen_ground_counts_once_and_seen_ground_not_at_all() {
+        let mut survey = survey();
+        let patch =
+            |survey: &mut Survey, x: f64| survey.touch([x, 0.9], [x + 0.05, 0.95], |_, _| true);
+        patch(&mut survey, 0.9);
+        let first = survey.unseen_touched();
+        assert!(first > 0.002);
+        patch(&mut survey, 0.9);
+        assert_eq!(survey.unseen_touched(), first);
+        survey.touch([0.35, 0.35], [0.45, 0.45], |_, _| true);
+        assert_eq!(survey.unseen_touched(), first, "inside the launch disc");
+    }
+
+    #[test]
+    fn a_picture_of_flat_ground_marks_what_lies_in_it_and_what_hides_it_does_not() {
+        let camera = config::Config::default().camera;
+        let flat = Terrain::new(vec![290.0; 400], vec![0.0; 400], 20, (-5.0, -5.0), 0.5).unwrap();
+        let pose = Pose {
+            x: 0.4,
+            y: 0.4,
+            heading: 0.3,
+        };
+        let eye = [pose.x, pose.y, camera.mount_z];
+        let mut survey = survey();
+        let before = survey.seen_share();
+        survey.mark(eye, pose, &vec![0.1; camera.width * camera.height], &flat);
+        assert_eq!(
+            survey.seen_share(),
+            before,
+            "something stands before the lens"
+        );
+        survey.mark(eye, pose, &vec![10.0; camera.width * camera.height], &flat);
+        assert!(survey.seen_share() > before + 0.1);
+    }
+
+    #[test]
+    fn ground_of_another_area_is_refused() {
+        let mut survey = survey();
+        let all = vec![true; survey.seen().len()];
+        assert!(!survey.add_seen(&all[1..]));
+        assert!(survey.add_seen(&all));
+        assert_eq!(survey.seen_share(), 1.0);
+    }
 }

@@ -6,6 +6,7 @@
 
 use crate::tiles::{Ray, Tiles};
 
+/// Height and temperature of the ground.
 pub struct Terrain {
     columns: usize,
     origin: (f64, f64),
@@ -165,5 +166,75 @@ impl Terrain {
             (above, room) = (t, gap);
             t = (t + step).min(to);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    const COLUMNS: usize = 60;
+    const CELL: f64 = 0.01;
+
+    fn ground(height: impl Fn(usize, usize) -> f32) -> Terrain {
+        let cells = (0..COLUMNS * COLUMNS).map(|i| (i % COLUMNS, i / COLUMNS));
+        let heights = cells
+            .clone()
+            .map(|(column, row)| height(column, row))
+            .collect();
+        let kelvin = cells.map(|(column, _)| 290.0 + column as f32).collect();
+        Terrain::new(kelvin, heights, COLUMNS, (0.0, 0.0), CELL).unwrap()
+    }
+
+    #[test]
+    fn a_ray_meets_flat_ground_where_geometry_says_and_reads_its_temperature() {
+        let flat = ground(|_, _| 0.0);
+        let (length, kelvin) = flat.look([0.105, 0.3, 0.5], [0.4, 0.0, -1.0]).unwrap();
+        assert!((length - 0.5).abs() < 1e-5);
+        assert!((kelvin - 320.0).abs() < 1e-2, "column 30: {kelvin}");
+        assert_eq!(
+            flat.look([0.1, 0.3, 0.5], [1.0, 0.0, 0.0]),
+            None,
+            "a level ray goes to the sky"
+        );
+    }
+
+    #[test]
+    fn no_ray_goes_through_ground_that_a_fine_march_finds() {
+        let mut random = Random::stream(1, "terrain");
+        let rough =
+            ground(|column, row| 0.02 * ((column as f32 / 5.0).sin() + (row as f32 / 7.0).cos()));
+        for _ in 0..300 {
+            let eye = [0.6 * random.uniform(), 0.6 * random.uniform(), 0.5];
+            let direction = [random.symmetric(0.5), random.symmetric(0.5), -1.0];
+            let (length, _) = rough.look(eye, direction).unwrap();
+            let below = |t: f64| {
+                eye[2] - t < rough.height_at(eye[0] + t * direction[0], eye[1] + t * direction[1])
+            };
+            let fine = (0..)
+                .map(|i| f64::from(i) * 1e-4)
+                .find(|t| below(*t))
+                .unwrap();
+            assert!(
+                f64::from(length) < fine + 2e-3,
+                "found {length}, first below at {fine}"
+            );
+            assert!(
+                f64::from(length) > fine - 2e-3,
+                "found {length}, first below at {fine}"
+            );
+        }
+    }
+
+    #[test]
+    fn rasters_that_do_not_fit_are_refused() {
+        let error = |kelvin: Vec<f32>, heights: Vec<f32>| {
+            Terrain::new(kelvin, heights, 2, (0.0, 0.0), CELL)
+                .err()
+                .unwrap()
+        };
+        assert!(error(vec![0.0; 4], vec![0.0; 6]).contains("one shape"));
+        assert!(error(vec![0.0, 0.0, f32::NAN, 0.0], vec![0.0; 4]).contains("cell (0, 1)"));
     }
 }

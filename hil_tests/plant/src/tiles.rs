@@ -3,8 +3,11 @@
 /// A ray in cells (columns, rows, from the centre of cell (0, 0)) and metres of height; its parameter is that of the
 /// direction it was made from.
 pub struct Ray {
+    /// Where it begins: column, row, height.
     pub eye: [f32; 3],
+    /// Change of column, row and height with the parameter.
     pub slope: [f32; 3],
+    /// One over each of the slopes.
     pub inverse: [f32; 3],
 }
 
@@ -23,6 +26,7 @@ impl Ray {
 /// Cells along the side of a tile.
 const SIDE: usize = 16;
 
+/// Square parts of a height raster, each with its greatest height.
 pub struct Tiles {
     columns: usize,
     rows: usize,
@@ -31,6 +35,7 @@ pub struct Tiles {
 }
 
 impl Tiles {
+    /// Of a row-major raster of heights in metres.
     pub fn new(height: &[f32], columns: usize) -> Self {
         let rows = height.len() / columns;
         let (tile_columns, tile_rows) = (columns.div_ceil(SIDE), rows.div_ceil(SIDE));
@@ -117,4 +122,50 @@ fn axis(position: f32, t: f32, ray: &Ray, index: usize) -> (i32, f32, i32, f32) 
     let leave = t + ((ahead * side - 0.5 - position) * inverse).max(0.0);
     let stride = if slope > 0.0 { 1 } else { -1 };
     (tile as i32, leave, stride, side * inverse.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn down(column: f32, row: f32, slope: [f32; 3]) -> Ray {
+        Ray {
+            eye: [column, row, 1.0],
+            slope,
+            inverse: slope.map(|s| 1.0 / s),
+        }
+    }
+
+    #[test]
+    fn only_the_tiles_that_can_hide_something_are_searched() {
+        let mut height = vec![0.0_f32; 64 * 64];
+        height[20 * 64 + 40] = 0.5;
+        let tiles = Tiles::new(&height, 64);
+        let ray = down(2.0, 20.0, [60.0, 0.0, -0.8]);
+        let searched = std::cell::RefCell::new(Vec::new());
+        let hit = tiles.walk(&ray, 0.0, 1.0, |from, to| {
+            searched.borrow_mut().push((ray.at(from).0, ray.at(to).0));
+            None
+        });
+        assert_eq!(hit, None);
+        let searched = searched.into_inner();
+        assert!(!searched.is_empty());
+        assert!(
+            searched.iter().all(|(from, to)| *to > 31.0 && *from < 48.0),
+            "{searched:?}"
+        );
+    }
+
+    #[test]
+    fn the_first_answer_ends_the_walk() {
+        let tiles = Tiles::new(&vec![2.0_f32; 64 * 64], 64);
+        let ray = down(2.0, 2.0, [60.0, 60.0, -0.5]);
+        let calls = std::cell::Cell::new(0);
+        let hit = tiles.walk(&ray, 0.0, 1.0, |from, _| {
+            calls.set(calls.get() + 1);
+            (calls.get() == 2).then_some(from)
+        });
+        assert!(hit.is_some());
+        assert_eq!(calls.get(), 2);
+    }
 }

@@ -30,24 +30,41 @@ struct Begin {
     bytes_sent: u64,
 }
 
+/// The rover, its field and its firmware.
 pub struct World {
+    /// Time since the start of the world, µs.
     pub now_us: u64,
+    /// True pose of base_link.
     pub pose: Pose,
+    /// The pack.
     pub battery: Battery,
+    /// Wheels and motors.
     pub drive: Drive,
+    /// The ultrasonic sensors.
     pub sonar: Sonar,
+    /// The thermal camera.
     pub camera: Camera,
+    /// The ground.
     pub terrain: Terrain,
+    /// Things that the rover must not touch.
     pub obstacles: Vec<Obstacle>,
+    /// What really happened so far.
     pub referee: Referee,
+    /// Which ground the camera has shown.
     pub survey: Survey,
+    /// What the firmware does with the motors now.
     pub bridge: Bridge,
+    /// Whether the emergency stop is pressed.
     pub emergency_stop: bool,
+    /// What is broken now.
     pub faults: Faults,
+    /// Whether the rover's lamp is lit.
     pub led: bool,
+    /// Whether the rover's buzzer sounds.
     pub buzzer: bool,
     /// Pictures exposed, not yet delivered; and delivered, not yet taken by the companion.
     exposed: Vec<Frame>,
+    /// Pictures that the companion has not taken yet.
     pub delivered: Vec<Frame>,
     config: Config,
     wire: Wire,
@@ -62,6 +79,7 @@ pub struct World {
 }
 
 impl World {
+    /// A rover that stands at its launch.
     pub fn new(config: Config, terrain: Terrain, obstacles: Vec<Obstacle>) -> Self {
         let mut world = Self {
             now_us: 0,
@@ -206,6 +224,7 @@ impl World {
         self.sonar.poll(self.now_us)
     }
 
+    /// Starts a ranging of sensor 0 to 2.
     pub fn trigger_sonar(&mut self, sensor: u8) {
         self.sonar.trigger(
             sensor,

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 from rover.errors import RoverError
+from rover.link.baud import DEFAULT_BAUD
 
 from rover_hil.emulator.process import Options, run
 from rover_hil.firmware_process import BUILT_ELF
@@ -22,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(prog="python -m rover_hil.emulator", description=__doc__, formatter_class=raw)
     parser.add_argument("--serial-fd", required=True, type=int, help="descriptor of the serial line or slcan")
-    parser.add_argument("--baud", type=int, default=230_400, help="bits per second of the host's end of the line")
+    parser.add_argument("--baud", type=int, default=DEFAULT_BAUD, help="bits per second of the host's end of the line")
     parser.add_argument("--wire", choices=("serial", "can"), default="serial", help="what the descriptor carries")
     parser.add_argument("--elf", type=Path, default=BUILT_ELF, help="firmware to run")
     given = parser.parse_args(argv)

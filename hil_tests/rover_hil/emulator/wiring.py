@@ -1,4 +1,4 @@
-"""What is wired to which pin; the other side of firmware/pico/src/pins.rs."""
+"""What is wired to which pin; the other side of firmware/pico/src/pins.rs, which a test compares with this."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ BATTERY_CHANNEL = 0
 BATTERY_DIVIDER = 3.0
 ADC_REFERENCE_MV = 3300.0
 ADC_STEPS = 4096
+UART_TX, UART_RX = 0, 1
+"""Of UART0. The emulated chip connects its UART and SPI blocks to their wires, not to pins: these and the next three
+only document where they are."""
+CAN_MISO, CAN_CLOCK, CAN_MOSI = 16, 18, 19
 CAN_SELECT, CAN_INTERRUPT = 17, 10
 """Of the MCP2515 on SPI0."""
 CAN_OSCILLATOR_HZ = 8_000_000

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from rover.link.baud import DEFAULT_BAUD
 from rover_protocol import framing, messages
 from rover_protocol.rig_tick import TickReply
 
@@ -94,7 +95,7 @@ class _Firmware:
 class Conformance:
     """Compares what two firmwares make of a recording; afterwards `messages` holds what each has said: core, ELF."""
 
-    def __init__(self, board: list[str], sitl: list[str], baud: int = 230_400) -> None:
+    def __init__(self, board: list[str], sitl: list[str], baud: int = DEFAULT_BAUD) -> None:
         """Command lines of the emulated board and of rover-sitl."""
         self._commands, self._baud = (sitl, board), baud
         self.messages: tuple[list[Sent], list[Sent]] = ([], [])

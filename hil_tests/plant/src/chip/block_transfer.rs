@@ -3,6 +3,7 @@
 use super::core::{Bus, Core, Fault, LR, SP};
 
 impl Core {
+    /// LDM and STM; returns the cycles.
     pub fn multiple(&mut self, bus: &mut impl Bus, op: u16) -> Result<u64, Fault> {
         let n = usize::from(op >> 8 & 7);
         let mut address = self.r[n];
@@ -21,6 +22,7 @@ impl Core {
         Ok(1 + u64::from((op & 0xFF).count_ones()))
     }
 
+    /// PUSH; returns the cycles.
     pub fn push(&mut self, bus: &mut impl Bus, op: u16) -> Result<u64, Fault> {
         let count = (op & 0x1FF).count_ones();
         let mut address = self.r[SP].wrapping_sub(4 * count);
@@ -35,6 +37,7 @@ impl Core {
         Ok(1 + u64::from(count))
     }
 
+    /// POP, which may be a return; returns the cycles.
     pub fn pop(&mut self, bus: &mut impl Bus, op: u16) -> Result<u64, Fault> {
         let mut address = self.r[SP];
         for register in (0..8).filter(|register| op >> register & 1 != 0) {

@@ -26,20 +26,31 @@ pub struct Signals {
     pub risen: Cell<u32>,
     /// Look at lines, alarms and requests again.
     pub changed: Cell<bool>,
+    /// Start anew before the next instruction.
     pub reset: Cell<bool>,
+    /// Come out of `run_until`.
     pub stop: Cell<bool>,
+    /// Kept for reading back only.
     pub nmi_mask: Cell<u32>,
 }
 
+/// Everything that an access may reach, for the length of one `run_until`.
 pub struct Wiring<'a, 'py> {
+    /// Proof that the interpreter's lock is held.
     pub py: Python<'py>,
+    /// ROM, flash, SRAM and the USB buffers.
     pub memory: &'a mut Memory,
+    /// Divider, spinlocks and output registers.
     pub sio: &'a mut Sio,
+    /// The microsecond timer.
     pub timer: &'a mut Timer,
+    /// Python's peripherals by base address.
     pub peripherals: &'a HashMap<u32, Py<PyAny>>,
     /// The SIO's registers that Python keeps.
     pub pins: Option<&'a Py<PyAny>>,
+    /// Now, for what depends on it.
     pub time: &'a Time,
+    /// What Python changes meanwhile.
     pub signals: &'a Signals,
     /// Why the last access has failed with [`Fault::Peripheral`].
     pub error: Option<PyErr>,

@@ -5,9 +5,7 @@ use std::rc::Rc;
 
 use pyo3::prelude::*;
 
-use super::CYCLE_NS;
-
-pub const NEVER: u64 = u64::MAX;
+use super::{CYCLE_NS, NEVER};
 
 struct Entry {
     due: Cell<u64>,
@@ -25,10 +23,12 @@ pub struct Time {
 }
 
 impl Time {
+    /// The present cycle.
     pub fn now(&self) -> u64 {
         self.now.get()
     }
 
+    /// Moves the clock without looking at alarms.
     pub fn set(&self, cycle: u64) {
         self.now.set(cycle);
     }
@@ -88,6 +88,7 @@ impl Time {
 #[pyclass(unsendable, frozen, module = "rover_plant")]
 #[derive(Default)]
 pub struct Clock {
+    /// Shared with the alarms and the processor.
     pub time: Rc<Time>,
 }
 

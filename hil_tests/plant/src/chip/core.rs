@@ -3,8 +3,11 @@
 use super::alu::Flags;
 use super::exceptions::Nvic;
 
+/// Register of the stack pointer.
 pub const SP: usize = 13;
+/// Register of the return address.
 pub const LR: usize = 14;
+/// Register of the program counter.
 pub const PC: usize = 15;
 
 /// Why an instruction could not be carried out.
@@ -18,32 +21,47 @@ pub enum Fault {
 
 /// What the processor reads and writes. Sizes are 1, 2 or 4 bytes.
 pub trait Bus {
+    /// An instruction's half word.
     fn fetch(&mut self, address: u32) -> Result<u16, Fault>;
+    /// An aligned value, zero-extended.
     fn load(&mut self, address: u32, size: u32) -> Result<u32, Fault>;
+    /// An aligned value.
     fn store(&mut self, address: u32, size: u32, value: u32) -> Result<(), Fault>;
 }
 
 /// Architectural state.
 #[derive(Clone, Default)]
 pub struct Core {
+    /// r0 to r15.
     pub r: [u32; 16],
+    /// Condition flags.
     pub flags: Flags,
     /// The stack pointer that is not in use: process stack unless `process_stack`.
     pub other_sp: u32,
+    /// Thread mode uses the process stack.
     pub process_stack: bool,
+    /// An exception is being handled.
     pub handler: bool,
+    /// CONTROL.nPRIV; stored only.
     pub privileged_only: bool,
+    /// PRIMASK: no exception with a configurable priority is taken.
     pub masked: bool,
+    /// Number of the exception that is handled; 0 in thread mode.
     pub exception: u32,
+    /// The event register that WFE looks at.
     pub event: bool,
+    /// Whether it sleeps, and what wakes it.
     pub sleep: Sleep,
     /// Something has changed that decides whether an exception is taken.
     pub check: bool,
+    /// The interrupt controller.
     pub nvic: Nvic,
 }
 
+/// What the processor waits for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sleep {
+    /// Nothing: it runs.
     #[default]
     Awake,
     /// WFI: until an interrupt that would be taken if PRIMASK were clear.
@@ -61,6 +79,7 @@ impl Core {
         Ok(core)
     }
 
+    /// Changes between main and process stack.
     pub fn switch_stack(&mut self, process: bool) {
         if self.process_stack != process {
             std::mem::swap(&mut self.r[SP], &mut self.other_sp);

@@ -3,6 +3,7 @@
 const READY: u32 = 1;
 const DIRTY: u32 = 2;
 
+/// One core's divider.
 #[derive(Clone, Copy, Default)]
 pub struct Divider {
     dividend: u32,
@@ -63,5 +64,47 @@ impl Divider {
             self.quotient = dividend.wrapping_div(divisor) as u32;
             self.remainder = dividend.wrapping_rem(divisor) as u32;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNSIGNED: (u32, u32) = (0x60, 0x64);
+    const SIGNED: (u32, u32) = (0x68, 0x6C);
+
+    fn divide(registers: (u32, u32), dividend: u32, divisor: u32) -> (u32, u32) {
+        let mut divider = Divider::default();
+        assert!(divider.write(registers.0, dividend) && divider.write(registers.1, divisor));
+        (divider.read(0x70).unwrap(), divider.read(0x74).unwrap())
+    }
+
+    #[test]
+    fn signs_are_those_of_c() {
+        assert_eq!(divide(UNSIGNED, 17, 5), (3, 2));
+        let (quotient, remainder) = divide(SIGNED, -17_i32 as u32, 5);
+        assert_eq!((quotient as i32, remainder as i32), (-3, -2));
+        assert_eq!(
+            divide(SIGNED, i32::MIN as u32, u32::MAX),
+            (i32::MIN as u32, 0)
+        );
+    }
+
+    #[test]
+    fn a_division_by_zero_gives_the_datasheets_values() {
+        assert_eq!(divide(UNSIGNED, 17, 0), (u32::MAX, 17));
+        assert_eq!(divide(SIGNED, 17, 0), (u32::MAX, 17));
+        assert_eq!(divide(SIGNED, -17_i32 as u32, 0), (1, -17_i32 as u32));
+    }
+
+    #[test]
+    fn reading_the_quotient_makes_it_clean() {
+        let mut divider = Divider::default();
+        divider.write(0x60, 1);
+        assert_eq!(divider.read(0x78), Some(READY | DIRTY));
+        divider.read(0x70);
+        assert_eq!(divider.read(0x78), Some(READY));
+        assert_eq!(divider.read(0x100), None);
     }
 }

@@ -3,6 +3,7 @@
 use super::alu::Flags;
 use super::core::{Bus, Core, Fault, Sleep, LR, PC, SP};
 
+/// Number of the HardFault exception.
 pub const HARD_FAULT: u32 = 3;
 const NMI: u32 = 2;
 const SVCALL: u32 = 11;
@@ -17,8 +18,10 @@ const RETURN_CYCLES: u64 = 10;
 /// Priority of code that no exception has interrupted; numbers below go first.
 const THREAD: i32 = 4;
 
+/// Which exceptions are pending, enabled and active.
 #[derive(Clone, Default)]
 pub struct Nvic {
+    /// Interrupts that may be taken, a bit each.
     pub enabled: u32,
     /// Pended by an edge of a line or by software, until its handler is entered.
     pub latched: u32,
@@ -82,6 +85,7 @@ impl Nvic {
         best
     }
 
+    /// SVC was carried out.
     pub fn request_svcall(&mut self) {
         self.sv_call = true;
     }
@@ -116,6 +120,7 @@ impl Nvic {
         }
     }
 
+    /// Register at `offset` of the system control space.
     pub fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0x100 => self.enabled |= value,
@@ -246,5 +251,80 @@ impl Core {
         self.event = true;
         self.check = true;
         Ok(RETURN_CYCLES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_bus::{booted, TestBus, HANDLER, STACK};
+    use super::*;
+
+    const IRQ: u32 = 5;
+
+    /// A core in thread mode with one interrupt line that is enabled.
+    fn waiting(bus: &mut TestBus) -> Core {
+        bus.word(4 * (FIRST_INTERRUPT + IRQ), HANDLER | 1);
+        let mut core = booted(bus);
+        core.nvic.write(0x100, 1 << IRQ);
+        core
+    }
+
+    #[test]
+    fn an_interrupt_saves_eight_words_and_its_return_restores_them() {
+        let mut bus = TestBus::default();
+        let mut core = waiting(&mut bus);
+        core.r[0] = 7;
+        core.r[12] = 9;
+        let before = core.r;
+        core.nvic.set_lines(1 << IRQ, 0);
+        assert_eq!(core.take_exception(&mut bus), Ok(ENTRY_CYCLES));
+        assert_eq!(
+            (core.r[PC], core.r[SP], core.r[LR]),
+            (HANDLER, STACK - 0x20, 0xFFFF_FFF9)
+        );
+        assert_eq!(core.exception, FIRST_INTERRUPT + IRQ);
+        core.r[0] = 0;
+        core.nvic.set_lines(0, 0);
+        assert_eq!(
+            core.return_from_exception(&mut bus, 0xFFFF_FFF9),
+            Ok(RETURN_CYCLES)
+        );
+        assert_eq!(core.r, before);
+        assert_eq!(core.exception, 0);
+    }
+
+    #[test]
+    fn priorities_decide_who_interrupts_whom() {
+        let mut bus = TestBus::default();
+        let mut core = waiting(&mut bus);
+        core.nvic.write(0x100, 3 << IRQ);
+        core.nvic.write(0x404, 3 << 14);
+        core.nvic.set_lines(3 << IRQ, 0);
+        core.take_exception(&mut bus).unwrap();
+        assert_eq!(
+            core.exception,
+            FIRST_INTERRUPT + IRQ + 1,
+            "the one with the smaller number of priority"
+        );
+        assert_eq!(core.take_exception(&mut bus), Ok(0), "the other waits");
+    }
+
+    #[test]
+    fn a_mask_keeps_the_handler_away_and_still_wakes() {
+        let mut bus = TestBus::default();
+        let mut core = waiting(&mut bus);
+        core.masked = true;
+        core.sleep = Sleep::Interrupt;
+        core.nvic.set_lines(1 << IRQ, 0);
+        assert_eq!(core.take_exception(&mut bus), Ok(0));
+        assert_eq!((core.sleep, core.exception), (Sleep::Awake, 0));
+    }
+
+    #[test]
+    fn a_fault_in_the_handler_of_a_fault_locks_up() {
+        let mut bus = TestBus::default();
+        let mut core = waiting(&mut bus);
+        assert!(core.hard_fault(&mut bus).is_ok());
+        assert_eq!(core.hard_fault(&mut bus), Err(Fault::Hard));
     }
 }

@@ -51,6 +51,7 @@ impl Shared {
     }
 }
 
+/// ROM of its own, and three arrays that Python shares.
 pub struct Memory {
     rom: Vec<u8>,
     flash: Shared,

@@ -362,3 +362,7 @@ impl Core {
         Ok(3)
     }
 }
+
+#[cfg(test)]
+#[path = "thumb_tests.rs"]
+mod tests;

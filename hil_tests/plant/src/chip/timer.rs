@@ -1,9 +1,9 @@
 //! The 64-bit microsecond timer with its four alarms (RP2040 datasheet 4.6). rp2040py lets an alarm go off up to a
 //! microsecond early, because it arms with the rest of the present microsecond cut off.
 
-use super::clock::NEVER;
-use super::CYCLES_PER_US;
+use super::{CYCLES_PER_US, NEVER};
 
+/// Counter and alarms since the last reset.
 #[derive(Default)]
 pub struct Timer {
     epoch: u64,
@@ -48,6 +48,7 @@ impl Timer {
         (self.raised & self.enabled) | self.forced
     }
 
+    /// What each alarm was last set to, low 32 bits of microseconds.
     pub fn targets(&self) -> [u32; 4] {
         self.target
     }
@@ -58,6 +59,7 @@ impl Timer {
             .fold(0, |bits, index| bits | 1 << index)
     }
 
+    /// Register at `offset`, at that cycle.
     pub fn read(&mut self, offset: u32, cycle: u64) -> u32 {
         let now = self.micros(cycle);
         match offset {
@@ -98,5 +100,57 @@ impl Timer {
             0x3C => self.forced = value & 0xF,
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALARM_1: u32 = 0x14;
+
+    fn us(time: u64) -> u64 {
+        time * CYCLES_PER_US
+    }
+
+    #[test]
+    fn an_alarm_goes_off_in_the_cycle_in_which_its_microsecond_begins() {
+        let mut timer = Timer::start(us(50));
+        timer.write(0x38, 0xF, 0xF, us(50));
+        timer.write(ALARM_1, 10, 10, us(50));
+        assert_eq!(timer.next_due(), us(60));
+        timer.advance(us(60) - 1);
+        assert_eq!(timer.lines(), 0);
+        timer.advance(us(60));
+        assert_eq!(timer.lines(), 1 << 1);
+        assert_eq!(timer.next_due(), NEVER);
+        timer.write(0x34, 1 << 1, 1 << 1, us(61));
+        assert_eq!(timer.lines(), 0);
+    }
+
+    #[test]
+    fn a_target_in_the_past_waits_for_the_counter_to_come_round() {
+        let mut timer = Timer::start(0);
+        timer.write(ALARM_1, 5, 5, us(10));
+        assert_eq!(timer.next_due(), us(10 + (1 << 32) - 5));
+    }
+
+    #[test]
+    fn a_disarmed_alarm_stays_silent() {
+        let mut timer = Timer::start(0);
+        timer.write(ALARM_1, 5, 5, 0);
+        assert_eq!(timer.read(0x20, 0), 1 << 1);
+        timer.write(0x20, 0, 1 << 1, 0);
+        timer.advance(us(10));
+        assert_eq!(timer.read(0x34, us(10)), 0);
+    }
+
+    #[test]
+    fn the_low_word_latches_the_high_one() {
+        let mut timer = Timer::start(0);
+        let late = us((7 << 32) + 3);
+        assert_eq!(timer.read(0x0C, late), 3);
+        assert_eq!(timer.read(0x08, us(9 << 32)), 7);
+        assert_eq!(timer.read(0x24, us(9 << 32)), 9);
     }
 }

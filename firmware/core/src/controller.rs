@@ -6,19 +6,19 @@ use crate::battery::Battery;
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
 use crate::indicator::indicate;
+use crate::injection::Injection;
 use crate::io::{reset_cause, Identity, Inputs, Outputs, Reboot};
 use crate::link::{Link, OutgoingFrame, Wire};
 use crate::log::Log;
 use crate::motion::{Motion, Progress, Reference};
 use crate::odometry::Odometry;
-use crate::parameter_service::StorageOrder;
 use crate::parameters::Parameters;
 use crate::segment_inbox::SegmentInbox;
 use crate::settings::Settings;
 use crate::sonar::Sonar;
+use crate::storage::StorageOrder;
 use crate::supervisor::{Action, Event, State, Supervisor};
 use crate::telemetry::Schedule;
-use crate::test_mode::Injection;
 use crate::wheels::{wheel_references, Wheel, WheelReference};
 
 /// Ticks before the first state that commands can change.

@@ -28,6 +28,7 @@ mod faults;
 mod fixed_point;
 mod guard;
 mod indicator;
+mod injection;
 mod io;
 mod link;
 mod log;

@@ -8,33 +8,10 @@ use rover_protocol::messages::{
 use crate::controller::Core;
 use crate::parameters::{ParameterError, Parameters};
 use crate::settings::Settings;
-use crate::storage::{self, Flash};
+use crate::storage::{self, Flash, StorageOrder};
 
 /// Identifier in the answer to a ParameterCommand; the value is the command.
 const ALL_PARAMETERS: u16 = u16::MAX;
-
-/// What a ParameterCommand wants of the board's flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StorageOrder {
-    Save,
-    Load,
-}
-
-impl StorageOrder {
-    /// False when the flash failed or holds nothing.
-    pub(crate) fn carry_out(self, parameters: &mut Parameters, flash: &mut impl Flash) -> bool {
-        match self {
-            Self::Save => storage::save(flash, parameters).is_ok(),
-            Self::Load => match storage::load(flash) {
-                Some(loaded) => {
-                    *parameters = loaded;
-                    true
-                }
-                None => false,
-            },
-        }
-    }
-}
 
 impl Core {
     /// Take the parameters that were saved, and from now on save them there. Once, before the first tick.

@@ -37,6 +37,29 @@ pub trait Flash {
     fn read(&mut self, page: usize, block: &mut [u8; BLOCK]) -> Result<(), FlashError>;
 }
 
+/// What a ParameterCommand wants of the board's flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StorageOrder {
+    Save,
+    Load,
+}
+
+impl StorageOrder {
+    /// False when the flash failed or holds nothing.
+    pub(crate) fn carry_out(self, parameters: &mut Parameters, flash: &mut impl Flash) -> bool {
+        match self {
+            Self::Save => save(flash, parameters).is_ok(),
+            Self::Load => match load(flash) {
+                Some(loaded) => {
+                    *parameters = loaded;
+                    true
+                }
+                None => false,
+            },
+        }
+    }
+}
+
 /// The newest set that is whole, None when there is none.
 pub fn load(flash: &mut impl Flash) -> Option<Parameters> {
     let (_, _, block) = newest(flash)?;

@@ -7,58 +7,14 @@ use rover_protocol::messages as m;
 
 use crate::battery::Battery;
 use crate::controller::Core;
+use crate::injection::Injection;
 use crate::io::{Inputs, Outputs};
-use crate::sonar::{Sonar, SonarEcho, SENSORS};
+use crate::sonar::Sonar;
 use crate::supervisor::{Event, State};
 
 const KEY: u16 = 0x5445;
 const BEGIN: u8 = 1;
 const END: u8 = 0;
-/// An echo of this length: the sensor says nothing at all, as a broken one.
-const SILENT: u32 = 0xff_ffff;
-/// When the driver of a sensor without an echo gives up.
-const TIMEOUT_US: u64 = 25_000;
-
-/// The measurements that replace the board's.
-#[derive(Clone, Debug)]
-pub(crate) struct Injection {
-    counts: Option<[i32; 2]>,
-    battery_mv: u16,
-    emergency_stop: bool,
-    echoes_us: [u32; SENSORS],
-    /// Sensor that was pinged and has not answered, and when.
-    pinged: Option<(u8, u64)>,
-    heard_us: u64,
-}
-
-impl Injection {
-    fn new(battery_mv: u16, now_us: u64) -> Self {
-        Self {
-            counts: None,
-            battery_mv,
-            emergency_stop: false,
-            echoes_us: [0; SENSORS],
-            pinged: None,
-            heard_us: now_us,
-        }
-    }
-
-    /// The answer of the sensor that was pinged, once its echo has had the time to come back.
-    fn answer(&mut self, now_us: u64) -> Option<SonarEcho> {
-        let (sensor, ping_us) = self.pinged?;
-        let echo_us = self.echoes_us.get(usize::from(sensor)).copied()?;
-        let after_us = match echo_us {
-            SILENT => return None,
-            0 => TIMEOUT_US,
-            echo_us => u64::from(echo_us),
-        };
-        if now_us.saturating_sub(ping_us) < after_us {
-            return None;
-        }
-        self.pinged = None;
-        Some(SonarEcho { sensor, echo_us })
-    }
-}
 
 impl Core {
     /// Begin or end; what is not allowed now changes nothing. State answers.

@@ -13,6 +13,7 @@ mod battery;
 mod can;
 mod can_report;
 mod chip;
+mod chunk;
 mod control;
 mod emergency;
 mod encoders;

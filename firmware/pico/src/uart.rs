@@ -13,7 +13,7 @@ use embassy_sync::channel::Channel;
 use embassy_time::Instant;
 use rover_core::Core;
 
-use crate::link::Chunk;
+use crate::chunk::Chunk;
 use crate::overrun::Overrun;
 use crate::pins::{LinkPins, BAUD};
 

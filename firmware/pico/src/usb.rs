@@ -20,7 +20,7 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use rover_core::Core;
 use static_cell::StaticCell;
 
-use crate::link::Chunk;
+use crate::chunk::Chunk;
 use crate::once;
 
 bind_interrupts!(struct Irqs {

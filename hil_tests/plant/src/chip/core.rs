@@ -1,7 +1,7 @@
 //! Registers of the Cortex-M0+ and the interface to the bus behind it.
 
 use super::alu::Flags;
-use super::exceptions::Nvic;
+use super::nvic::Nvic;
 
 /// Register of the stack pointer.
 pub const SP: usize = 13;

@@ -13,6 +13,7 @@ pub mod divider;
 pub mod exceptions;
 #[cfg(not(test))]
 pub mod memory;
+pub mod nvic;
 #[cfg(not(test))]
 pub mod processor;
 pub mod sio;

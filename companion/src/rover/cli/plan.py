@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 HELP = """Plan a path from a start through goals.
 
-FILE is a field of circles (.toml), a map_server map (.yaml) or a MovingAI map (.map). Points are X,Y in metres. Goals
-are visited as given unless --any-order. Without --budget-ms the first solution is returned, after shortcuts. Exit
-code 4 when a goal cannot be reached.
+FILE is a field of circles (.toml), a map_server map (.yaml) or a MovingAI map (.map); unknown ground is blocked unless
+--unknown free. Points are X,Y in metres. Goals are visited as given unless --any-order. Without --budget-ms the first
+solution is returned, after shortcuts. Exit code 4 when a goal cannot be reached.
 
 \b
 Examples:
@@ -44,6 +44,9 @@ def command(
     ] = None,
     any_order: Annotated[bool, typer.Option("--any-order", help="Let the planner choose the order.")] = False,
     resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
+    unknown: Annotated[
+        Literal["blocked", "free"], typer.Option(help="Ground of which a .yaml map says nothing.")
+    ] = "blocked",
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Plot map, path, goals and multi-goal's tree: .svg or .png.")
     ] = None,
@@ -55,7 +58,7 @@ def command(
 
     begin = point("--start", start)
     goals = [point("--goal", each) for each in goal]
-    field = load_field(map_file, resolution)
+    field = load_field(map_file, resolution, unknown, say)
     if plot is not None:
         from rover.planning.plot import check_name
 

@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -52,6 +52,9 @@ def command(
     map_file: Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Map: .toml, .yaml or .map.")] = None,
     robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = STANDARD.radius,
     resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
+    unknown: Annotated[
+        Literal["blocked", "free"], typer.Option(help="Ground of which a .yaml map says nothing.")
+    ] = "blocked",
     heading: Annotated[
         float | None, typer.Option(metavar="RAD", help="Where the rover faces at first; along the path otherwise.")
     ] = None,
@@ -78,7 +81,7 @@ def command(
     if plot is not None and plot.suffix.lower() not in (".svg", ".png"):
         raise BadInput(f"--plot {plot}: the name must end in .svg or .png")
     points = read_path(path)
-    clearance = ClearanceMap.of(load_field(map_file, resolution), robot_radius) if map_file else None
+    clearance = ClearanceMap.of(load_field(map_file, resolution, unknown, say), robot_radius) if map_file else None
     if tolerance is None:
         tolerance = TOLERANCE_M if clearance is None else MAX_CUT_WITH_MAP_M
     limits = DrivingLimits.of(STANDARD, cruise, lateral)

@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-import cv2
 import numpy as np
 import rover_native
 from numpy.typing import ArrayLike, NDArray
 
 from rover.errors import BadInput
+from rover.mapping import map_server
 from rover.toml_table import Table
 
 # Coordinates beyond this lose the millimetre.
 MAX_COORDINATE_M = 1e7
 # A side below this is a slip of the unit.
 MIN_SIDE_M = 1e-4
-# A turn of the map's origin below this is rounding.
-MAX_YAW_RAD = 1e-9
-# free_thresh where a map does not say: the value of map_server.
-DEFAULT_FREE_THRESHOLD = 0.196
+# Kinds of MovingAI maps with one letter of terrain for each cell.
+MOVINGAI_TYPES = ("octile", "tile")
+
+Unknown = Literal["blocked", "free"]
+"""What ground of which a map says nothing counts as."""
 
 
 class Field:
@@ -107,6 +108,9 @@ class GridField(Field):
                 header[words[0]] = words[1]
         else:
             raise BadInput(f"{path}: not a MovingAI map: no line `map`")
+        kind = header.get("type", "octile")
+        if kind not in MOVINGAI_TYPES:
+            raise BadInput(f"{path}: a map of type {kind} can't be read; its cells are not those of type octile")
         try:
             width, height = int(header["width"]), int(header["height"])
         except (KeyError, ValueError) as error:
@@ -120,36 +124,26 @@ class GridField(Field):
         return cls(~np.isin(cells, np.frombuffer(b".GS", dtype=np.uint8)), resolution)
 
     @classmethod
-    def load_map_server(cls, path: str | Path) -> GridField:
-        """From a map_server .yaml and its picture. Unknown ground counts as blocked. Raises BadInput."""
+    def load_map_server(
+        cls, path: str | Path, unknown: Unknown = "blocked", tell: Callable[[str], None] = lambda _: None
+    ) -> GridField:
+        """From a map_server .yaml and its picture; `unknown` ground is blocked or free, and `tell` hears how much.
+
+        A file's free_thresh may call the grey free that map savers write for unknown: that grey goes by `unknown`, too.
+        Raises BadInput.
+        """
         path = Path(path)
-        entries = _flat_yaml(path)
-        try:
-            image = path.parent / str(entries["image"])
-            resolution = float(entries["resolution"])
-            origin = [float(value) for value in entries["origin"].strip("[]").split(",")]
-            negate = int(entries.get("negate", "0"))
-            mode = entries.get("mode", "trinary")
-            free_below = float(entries.get("free_thresh", "0.196"))
-        except (KeyError, ValueError) as error:
-            raise BadInput(
-                f"{path}: needs `image`, `resolution` and `origin: [x, y, yaw]`; {error} is missing or wrong"
-            ) from error
-        if len(origin) != 3 or abs(origin[2]) > MAX_YAW_RAD:
-            raise BadInput(f"{path}: origin must be [x, y, 0]; a turned map is not supported")
-        picture = _picture(image)
-        if picture is None:
-            raise BadInput(f"{path}: can't read the picture {image}")
-        if not 0.0 < free_below <= 1.0:
-            raise BadInput(f"{path}: free_thresh must lie between 0 and 1, not {free_below:g}")
-        if mode not in ("trinary", "scale", "raw"):
-            raise BadInput(f"{path}: mode must be trinary, scale or raw, not {mode!r}")
-        if mode == "raw":  # the picture holds occupancy in percent; above 100 nothing is known
-            blocked = (picture > 100) | (picture.astype(np.float64) >= 100.0 * free_below)
-            return _named(path, cls, np.flipud(blocked), resolution, (origin[0], origin[1]))
-        shade = picture.astype(np.float64) / 255.0
-        occupancy = shade if negate else 1.0 - shade
-        return _named(path, cls, np.flipud(occupancy >= free_below), resolution, (origin[0], origin[1]))
+        stored = map_server.read(path)
+        doubtful = int(stored.doubtful.sum())
+        if unknown == "free":
+            blocked = stored.occupied
+            tell(f"{path}: {int((~stored.seen).sum()) + doubtful} cells look unknown and count as free")
+        else:
+            blocked = ~stored.seen | stored.occupied | stored.doubtful
+            if doubtful:
+                grey = f"{doubtful} cells have the grey of unknown ground ({map_server.UNKNOWN})"
+                tell(f"{path}: {grey} and count as blocked, though the file's free_thresh makes them free")
+        return _named(path, cls, blocked, stored.resolution, stored.origin)
 
 
 def _named(path: Path, kind: type[GridField], blocked: NDArray[np.bool_], *where: Any) -> GridField:
@@ -160,13 +154,21 @@ def _named(path: Path, kind: type[GridField], blocked: NDArray[np.bool_], *where
         raise BadInput(f"{path}: {error}") from error
 
 
-def load_field(path: str | Path, resolution: float = 1.0) -> Field:
-    """The map in a file, by its ending: .toml (circles), .yaml/.yml (map_server), .map (MovingAI). Raises BadInput."""
+def load_field(
+    path: str | Path,
+    resolution: float = 1.0,
+    unknown: Unknown = "blocked",
+    tell: Callable[[str], None] = lambda _: None,
+) -> Field:
+    """The map in a file, by its ending: .toml (circles), .yaml/.yml (map_server), .map (MovingAI).
+
+    `resolution`: metres per cell of a .map. `unknown`, `tell`: of a .yaml, see `GridField`. Raises BadInput.
+    """
     suffix = Path(path).suffix.lower()
     if suffix == ".toml":
         return CircleField.load(path)
     if suffix in (".yaml", ".yml"):
-        return GridField.load_map_server(path)
+        return GridField.load_map_server(path, unknown, tell)
     if suffix == ".map":
         return GridField.load_movingai(path, resolution)
     raise BadInput(f"{path}: a map must end in .toml, .yaml or .map")
@@ -177,26 +179,3 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise BadInput(f"{path}: {error.strerror or error}") from error
-
-
-def _picture(path: Path) -> NDArray[np.uint8] | None:
-    """The shades in a picture file; none when it is no picture or cut short: OpenCV does not say so itself."""
-    logging = cv2.utils.logging
-    level = logging.setLogLevel(logging.LOG_LEVEL_SILENT)
-    try:
-        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    except cv2.error:  # a header that promises more than any picture holds
-        return None
-    finally:
-        logging.setLogLevel(level)
-    return np.asarray(picture, dtype=np.uint8) if picture is not None and picture.size else None
-
-
-def _flat_yaml(path: Path) -> dict[str, str]:
-    """The `key: value` lines of a map_server file; it has no nesting."""
-    entries = {}
-    for line in _text(path).splitlines():
-        key, colon, value = line.split("#", 1)[0].partition(":")
-        if colon:
-            entries[key.strip()] = value.strip().strip("\"'")
-    return entries

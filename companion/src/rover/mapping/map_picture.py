@@ -1,0 +1,71 @@
+"""The picture of a map: shades, and where there are none."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from rover.errors import BadInput
+
+MAX_CELLS = 170_000_000
+"""13,000 × 13,000; the reader itself refuses a little more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shades:
+    """Rasters (rows, columns), row 0 at the top: shade from 0 (black) to 1 (white); opaque where there is one."""
+
+    shade: NDArray[np.float32]
+    opaque: NDArray[np.bool_]
+
+
+def read_shades(path: Path) -> Shades:
+    """Reads PGM, PNG, JPEG, BMP and what else Pillow knows; the shade of a colour is the mean of its channels.
+
+    Raises BadInput for a file that is no picture, is cut, or holds values above its own maximum.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_CELLS bounds it
+            picture = Image.open(path)
+        if picture.width * picture.height > MAX_CELLS:
+            raise BadInput(f"{path}: {picture.width}×{picture.height} cells are too many for a map")
+        _check_maximum(picture, path)
+        return _shades(picture)
+    except UnidentifiedImageError as error:
+        raise BadInput(f"{path}: not a readable picture") from error
+    except Image.DecompressionBombError as error:
+        raise BadInput(f"{path}: too many cells for a map") from error
+    except (OSError, SyntaxError, ValueError, EOFError) as error:
+        if isinstance(error, OSError) and error.errno is not None:
+            raise BadInput(f"{path}: {error.strerror}") from error
+        cut = isinstance(error, EOFError) or "truncated" in str(error) or "not enough" in str(error)
+        raise BadInput(f"{path}: the picture is cut" if cut else f"{path}: not a readable picture: {error}") from error
+
+
+def _shades(picture: Image.Image) -> Shades:
+    if picture.mode.startswith("I"):  # 16 bits, or what Pillow has spread over 16 bits
+        shade = np.asarray(picture).astype(np.float32) / 65535.0
+        return Shades(shade, np.ones(shade.shape, bool))
+    if picture.mode == "F":
+        raise ValueError("it holds fractions, not shades")
+    channels = np.asarray(picture.convert("RGBA" if picture.has_transparency_data else "RGB"))
+    shade = channels[:, :, :3].mean(axis=2, dtype=np.float32) / np.float32(255.0)
+    opaque = channels[:, :, 3] == 255 if channels.shape[2] == 4 else np.ones(shade.shape, bool)
+    return Shades(shade, opaque)
+
+
+def _check_maximum(picture: Image.Image, path: Path) -> None:
+    """Pillow takes what lies above a PGM's maximum for white: a wrong maximum would make free ground of walls."""
+    if picture.format != "PPM" or not picture.tile or picture.tile[0].codec_name != "ppm":
+        return
+    tile = picture.tile[0]
+    maximum = int(tile.args[-1]) if isinstance(tile.args, tuple) else int(tile.args or 255)
+    values = np.fromfile(path, ">u2" if maximum > 255 else "u1", offset=tile.offset)
+    if values.size and values.max() > maximum:
+        raise BadInput(f"{path}: holds {values.max()}, above the maximum {maximum} that it states")

@@ -19,6 +19,8 @@ OUT ?= runs/demo
 DATA ?=
 NEWEST ?=
 CARGO ?= cargo
+# The commit that firmware says it was built from, on the board and on this computer.
+export ROVER_GIT_HASH ?= $(shell git rev-parse HEAD 2>/dev/null || echo 0)
 
 SHELL_SCRIPTS := .ci/run $(wildcard firmware/*.sh tools/*.sh)
 PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/pyproject.toml

@@ -1,7 +1,12 @@
-"""`python -m tools.train ground|pictures`: trains one of the two networks and writes it with its part of the card."""
+"""Trains one of the two networks and writes it with its section of the model card.
+
+python -m tools.train ground --help       for candidates in kelvin and metres, from synthetic fields
+python -m tools.train pictures --help     for pictures that know neither, from real pictures (--data)
+"""
 
 from __future__ import annotations
 
+import argparse
 import sys
 import warnings
 
@@ -15,14 +20,14 @@ COMMANDS = {GROUND: ground.main, PICTURES: pictures.main}
 
 
 def main() -> int:
-    """Hands the arguments on."""
+    """Hands the arguments behind the network's name on to its training."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.train", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("network", choices=COMMANDS)
+    name = parser.parse_args(sys.argv[1:2]).network
     warnings.simplefilter("ignore", ConvergenceWarning)
-    chosen = COMMANDS.get(sys.argv[1]) if len(sys.argv) > 1 else None
-    if chosen is None:
-        names = "|".join(COMMANDS)
-        print(f"python -m tools.train {names} [options]; --help after the name tells them", file=sys.stderr)
-        return 2
-    chosen(sys.argv[2:])
+    COMMANDS[name](sys.argv[2:])
     return 0
 
 

@@ -28,6 +28,7 @@ COMMANDS: Mapping[str, str] = {
     "calibrate": "A camera from pictures of a board, its mount, or a pair of cameras.",
     "decode": "A radiometric picture to temperatures.",
     "detect": "Candidates in pictures, and their classes.",
+    "grid": "Pictures to a binary occupancy grid.",
     "status": "Why a rover stopped, asked over its port.",
     "flash": "Writes the firmware to the board and asks it for its self-test.",
     "doctor": "What is installed, what is connected.",

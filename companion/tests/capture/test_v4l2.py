@@ -66,10 +66,10 @@ def picture(seed=0, shape=(120, 160)):
     return np.random.default_rng(seed).integers(29000, 31000, shape).astype(np.uint16)
 
 
-def telemetry_words(counter=300, uptime_ms=90_000, ffc_ms=60_000, state=3, linear=1, resolution=1):
+def telemetry_words(counter=300, uptime_ms=90_000, ffc_ms=60_000, state=3, linear=1, resolution=1, agc=0):
     words = np.zeros(320, np.uint16)
     words[0] = 0x0E0E
-    for at, value in ((1, uptime_ms), (3, state << 4), (20, counter), (30, ffc_ms)):
+    for at, value in ((1, uptime_ms), (3, state << 4 | agc << 12), (20, counter), (30, ffc_ms)):
         words[at], words[at + 1] = value & 0xFFFF, value >> 16
     words[24] = 30515
     words[160 + 48], words[160 + 49] = linear, resolution
@@ -184,3 +184,12 @@ def test_no_camera_at_the_start_is_said_at_once():
 def test_options_that_do_not_fit_are_named(location, says):
     with pytest.raises(BadInput, match=says):
         V4l2Source(location)
+
+
+@pytest.mark.parametrize("location", ["/dev/video3", "/dev/video3?unit=centikelvin"])
+def test_with_gain_control_on_counts_are_no_temperatures_whatever_else_is_said(location):
+    delivered = np.vstack([picture(), telemetry_words(agc=1)])
+    frame = next(iter(source([FakeDevice([delivered])], location)))
+    assert frame.kelvin_per_count is None
+    assert "AGC is on" in frame.doubt
+    assert next(iter(source([FakeDevice([np.vstack([picture(), telemetry_words()])])], location))).doubt is None

@@ -27,13 +27,14 @@ class Camera:
 
     def __init__(self, unit: float | None = 0.01) -> None:
         self.unit = unit
+        self.middle = 2950
         self.dying = threading.Event()
 
     def __iter__(self) -> Iterator[Frame]:
         for number in range(1000):
             if self.dying.wait(0.01):
                 raise CameraLost("/dev/video7: the camera went away")
-            yield Frame(np.full((4, 4), 2950 + number % 2, np.uint16), time.monotonic(), number,
+            yield Frame(np.full((4, 4), self.middle + number % 2, np.uint16), time.monotonic(), number,
                         kelvin_per_count=self.unit)  # fmt: skip
 
 
@@ -109,6 +110,18 @@ def test_a_driver_that_throws_anything_ends_the_pictures_and_not_the_mission(rig
     time.sleep(0.1)
     assert list(rig.frames) == []
     assert "no temperatures" in (rig.camera_failure or "")
+
+
+@pytest.mark.parametrize(("middle", "why"), [(800, "raw counts of 14 bits"), (3200, "change by +25 K"), (6000, "°C")])
+def test_a_picture_that_cannot_be_ground_is_not_used_and_says_why(rig, camera, middle, why):
+    time.sleep(0.1)
+    assert all(not frame.ffc for frame in rig.frames)
+    camera.middle = middle
+    time.sleep(0.1)
+    doubted = [frame for frame in rig.frames if frame.doubt]
+    assert doubted
+    assert all(frame.ffc for frame in doubted)
+    assert why in doubted[0].doubt
 
 
 def test_raw_counts_and_flames_are_no_pictures_of_ground():

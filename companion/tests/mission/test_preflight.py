@@ -50,9 +50,11 @@ def test_what_is_wrong_keeps_it(answer, names):
     assert failed(answer) == names
 
 
-def pictures(count=5, period=0.115, size=(160, 120), unit=0.01) -> list[Frame]:
-    blank = np.zeros((size[1], size[0]), np.uint16)
-    return [Frame(blank, 10.0 + period * number, number, kelvin_per_count=unit) for number in range(count)]
+def pictures(count=5, period=0.115, size=(160, 120), unit=0.01, middle=29300, low=0) -> list[Frame]:
+    """Ground around `middle` counts with 5 counts of noise; `low` is taken off all of them."""
+    rng = np.random.default_rng(4)
+    noisy = [(rng.normal(middle, 5.0, size[::-1]).round() - low).astype(np.uint16) for _ in range(count)]
+    return [Frame(each, 10.0 + period * n, n, kelvin_per_count=unit) for n, each in enumerate(noisy)]
 
 
 @pytest.mark.parametrize(
@@ -61,6 +63,9 @@ def pictures(count=5, period=0.115, size=(160, 120), unit=0.01) -> list[Frame]:
         (pictures(2), 0.1, "2 pictures within"),
         (pictures(size=(80, 60)), 0.1, "gives 80×60, the mission's lepton-160 has 160×120"),
         (pictures(unit=None), 0.1, "raw counts"),
+        (pictures(low=22000), 0.1, "no picture to go by: raw counts of 14 bits"),
+        (pictures(middle=40000), 0.1, "°C are no temperatures of ground"),
+        (pictures(2) + pictures(3, middle=32000), 0.1, "temperatures change by +27 K from one picture to the next"),
         (pictures(period=0.5), 0.1, "2.0 pictures a second"),
         (pictures(), 3.0, "3.00 s old"),
         (pictures(), -8.0, "its clock is not the system's"),

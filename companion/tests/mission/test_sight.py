@@ -8,16 +8,18 @@ from rover.capture.frame import Frame
 from rover.mission.sight import BLIND_AFTER, LOST_AFTER, SHUT_AFTER, Sight
 
 CYCLE = 0.02
+WITHOUT_SIGHT = [("none", LOST_AFTER, "lost"), ("shut", SHUT_AFTER, "still"), ("doubtful", SHUT_AFTER, ": raw counts")]
 
 
-def frame(at: float, shut: bool = False) -> Frame:
-    return Frame(np.zeros((2, 2), np.uint16), at, 0, shut)
+def frame(at: float, shut: bool = False, doubt: str | None = None) -> Frame:
+    return Frame(np.zeros((2, 2), np.uint16), at, 0, shut, doubt=doubt)
 
 
 def watch(sight: Sight, begin: float, end: float, pictures: str) -> None:
     for now in np.arange(begin, end, CYCLE).tolist():
         due = round(now / CYCLE) % 6 == 0
-        sight.take(now, [frame(now, pictures == "shut")] if due and pictures != "none" else [])
+        doubt = "raw counts" if pictures == "doubtful" else None
+        sight.take(now, [frame(now, pictures in ("shut", "doubtful"), doubt)] if due and pictures != "none" else [])
 
 
 def test_pictures_that_come_nine_times_a_second_are_enough():
@@ -33,7 +35,7 @@ def test_a_closed_shutter_of_two_seconds_is_waited_for_in_motion():
     assert not sight.blind(7.0)
 
 
-@pytest.mark.parametrize(("pictures", "patience", "why"), [("none", LOST_AFTER, "lost"), ("shut", SHUT_AFTER, "still")])
+@pytest.mark.parametrize(("pictures", "patience", "why"), WITHOUT_SIGHT)
 def test_without_sight_the_rover_stands_and_gives_up_later(pictures, patience, why):
     sight = Sight()
     watch(sight, 0.0, 5.0, "open")

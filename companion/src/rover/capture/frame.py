@@ -24,6 +24,7 @@ class Frame:
     since_ffc: seconds between the last renewal of the offsets and the exposure; None where nobody knows.
     kelvin_per_count: what one count means; None for a sensor's raw counts, which are no temperatures.
     camera: what delivered it, as far as it says; may be empty.
+    doubt: why the counts cannot be temperatures of ground, where that is known.
     Raises BadInput when `counts` is not a 16-bit picture.
     """
 
@@ -34,6 +35,7 @@ class Frame:
     since_ffc: float | None = None
     kelvin_per_count: float | None = KELVIN_PER_COUNT
     camera: str = ""
+    doubt: str | None = None
 
     def __post_init__(self) -> None:
         if self.counts.ndim != 2 or self.counts.dtype != np.uint16:

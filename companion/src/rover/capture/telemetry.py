@@ -18,6 +18,8 @@ PACKETS = {160: 4, 80: 3}
 # Where a working sensor's own temperature lies; ordinary pixels rarely pass for telemetry with this and the rest.
 SENSOR_KELVIN = (200.0, 400.0)
 
+# AGC State in the status bits.
+AGC_BIT = 12
 FFC_STATES = ("never", "imminent", "running", "complete")
 # Words of row A that are sent as zero.
 RESERVED = (17, 18, 19, 27, 28)
@@ -28,7 +30,8 @@ class Telemetry:
     """Row A, and TLinear from row C.
 
     uptime, uptime_at_ffc: seconds since the camera started. ffc_state: one of FFC_STATES.
-    sensor_kelvin: temperature of the focal plane. kelvin_per_count: from TLinear; None for raw counts.
+    sensor_kelvin: temperature of the focal plane. kelvin_per_count: from TLinear; None for raw counts. agc: gain
+    control is on, and the picture holds grey levels.
     """
 
     frame_counter: int
@@ -37,6 +40,7 @@ class Telemetry:
     ffc_state: str
     sensor_kelvin: float
     kelvin_per_count: float | None
+    agc: bool
 
     @property
     def since_ffc(self) -> float:
@@ -56,14 +60,16 @@ def parse_words(words: NDArray[np.uint16]) -> Telemetry | None:
     uptime_ms, at_ffc_ms = double(1), double(30)
     if not SENSOR_KELVIN[0] < sensor_kelvin < SENSOR_KELVIN[1] or at_ffc_ms > uptime_ms:
         return None
+    status = double(3)
     linear, resolution = int(words[2 * ROW_WORDS + 48]), int(words[2 * ROW_WORDS + 49])
     return Telemetry(
         frame_counter=double(20),
         uptime=uptime_ms * 1e-3,
         uptime_at_ffc=at_ffc_ms * 1e-3,
-        ffc_state=FFC_STATES[double(3) >> 4 & 3],
+        ffc_state=FFC_STATES[status >> 4 & 3],
         sensor_kelvin=sensor_kelvin,
         kelvin_per_count=(0.01 if resolution else 0.1) if linear else None,
+        agc=bool(status >> AGC_BIT & 1),
     )
 
 

@@ -51,7 +51,8 @@ class Capture(Protocol):
 class V4l2Source:
     """`v4l2:/dev/video0[?size=160x120][&unit=centikelvin|raw]`; `v4l2:0` is /dev/video0.
 
-    Without `unit` the telemetry says what counts mean; without telemetry they are kelvin × 100. `size` asks the
+    Without `unit` the telemetry says what counts mean; without telemetry they are kelvin × 100. With AGC on they mean
+    nothing, whatever `unit` says. `size` asks the
     driver for that picture, telemetry rows included. Iterating reads until the camera is lost for GIVE_UP_AFTER.
     Raises BadInput when it is not there at the start or does not deliver 16 bits, CameraLost when it went away.
     """
@@ -107,11 +108,13 @@ class V4l2Source:
                 capture.release()
 
     def _with(self, telemetry: Telemetry, frame: Frame) -> Frame:
+        unit = self._unit if self._unit_given else telemetry.kelvin_per_count
         return replace(
             frame,
             ffc=frame.ffc or telemetry.ffc_state == "running",
             since_ffc=telemetry.since_ffc if telemetry.ffc_state != "never" else None,
-            kelvin_per_count=self._unit if self._unit_given else telemetry.kelvin_per_count,
+            kelvin_per_count=None if telemetry.agc else unit,
+            doubt="grey levels, no temperatures: its telemetry says that AGC is on" if telemetry.agc else None,
         )
 
     def _exposed(self, capture: Capture) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from rover.capture.frame import KELVIN_PER_COUNT, Frame
 from rover.capture.latest import LatestFrames
+from rover.capture.plausible import doubt, jump
 from rover.errors import BadInput
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
@@ -49,6 +50,7 @@ class DeviceRig:
         self.transport = TappedWire(wire, self)
         self.camera_failure: str | None = None
         self._camera = camera
+        self._shown: Frame | None = None
         self._clock = clock
         self._on_cycle = on_cycle
         self._dropped_before = camera.dropped
@@ -86,7 +88,7 @@ class DeviceRig:
         if self.camera_failure is not None:
             return []
         try:
-            return [self._by_our_clock(in_centikelvin(frame)) for frame in self._camera.take()]
+            return [self._by_our_clock(self._checked(in_centikelvin(frame))) for frame in self._camera.take()]
         except Exception as error:  # whatever a driver throws: the mission ends in order, for want of pictures
             self.camera_failure = str(error) or type(error).__name__
             return []
@@ -104,6 +106,16 @@ class DeviceRig:
         self._hand_over()
         return None
 
+    def _checked(self, frame: Frame) -> Frame:
+        """A picture that cannot be ground counts as one behind the shutter: nobody uses it, and the rover waits."""
+        if frame.ffc:
+            return frame
+        found = frame.doubt or doubt(frame.counts, frame.kelvin_per_count)
+        if found is None and self._shown is not None:
+            found = jump(self._shown, frame)
+        self._shown = frame
+        return frame if found is None else replace(frame, ffc=True, doubt=found)
+
     def _by_our_clock(self, frame: Frame) -> Frame:
         return replace(frame, time=_whole(frame.time - self._clock.origin))
 
@@ -117,7 +129,7 @@ def in_centikelvin(frame: Frame) -> Frame:
     if frame.kelvin_per_count == KELVIN_PER_COUNT:
         return frame
     if frame.kelvin_per_count is None:
-        raise BadInput(f"{frame.camera or 'the camera'}: raw counts are no temperatures")
+        raise BadInput(f"{frame.camera or 'the camera'}: {frame.doubt or 'raw counts are no temperatures'}")
     counts = np.round(frame.counts * (frame.kelvin_per_count / KELVIN_PER_COUNT))
     if counts.max(initial=0.0) >= COUNTS:
         raise BadInput(f"{frame.camera or 'the camera'}: a picture of more than {COUNTS * KELVIN_PER_COUNT:.0f} K")

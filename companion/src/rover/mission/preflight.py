@@ -14,6 +14,7 @@ from typing import Protocol
 
 from rover.capture.frame import Frame
 from rover.capture.latest import LatestFrames
+from rover.capture.plausible import doubts
 from rover.errors import LinkLost, PreflightFailed, RoverError
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
@@ -148,14 +149,14 @@ def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -
     """`ages`: seconds from the exposure of each picture to its arrival."""
     if len(taken) < MIN_PICTURES:
         return Finding("camera", False, f"{len(taken)} pictures within {CAMERA_PATIENCE:g} s")
+    doubt = doubts(taken)
     width, height = taken[-1].size
     if (width, height) != (camera.width, camera.height):
         wanted = f"{camera.width}×{camera.height}"
-        return Finding("camera", False, f"gives {width}×{height}, the mission's {camera.name} has {wanted}")
-    if taken[-1].kelvin_per_count is None:
-        return Finding(
-            "camera", False, "gives raw counts, no temperatures: switch TLinear on"
-        )
+        also = f"; it gives {doubt}" if doubt else ""
+        return Finding("camera", False, f"gives {width}×{height}, the mission's {camera.name} has {wanted}{also}")
+    if doubt is not None:
+        return Finding("camera", False, f"gives no picture to go by: {doubt}")
     span = taken[-1].time - taken[0].time
     rate = (len(taken) - 1) / span if span > 0.0 else 0.0
     if rate < MIN_PICTURE_RATE:

@@ -22,6 +22,7 @@ class Sight:
     def __init__(self) -> None:
         self._any: float | None = None
         self._good: float | None = None
+        self._doubt: str | None = None
 
     def take(self, now: float, frames: Sequence[Frame]) -> None:
         """One cycle; the first begins the waiting for the first picture."""
@@ -29,6 +30,8 @@ class Sight:
             self._any = now
         if self._good is None or any(not frame.ffc for frame in frames):
             self._good = now
+        if frames:
+            self._doubt = frames[-1].doubt
 
     def blind(self, now: float) -> bool:
         """True when nothing has been seen for so long that the rover should stand."""
@@ -39,5 +42,7 @@ class Sight:
         if self._any is not None and now - self._any > LOST_AFTER:
             return f"the camera is lost: no picture for {LOST_AFTER:g} s"
         if self._good is not None and now - self._good > SHUT_AFTER:
+            if self._doubt is not None:
+                return f"the camera has shown no temperatures of ground for {SHUT_AFTER:g} s: {self._doubt}"
             return f"the camera shows nothing: its picture has stood still for {SHUT_AFTER:g} s"
         return None

@@ -41,6 +41,7 @@ def existing(command: Any, name: str = "") -> set[str]:
     return {name} if not commands else set().union(*(existing(c, f"{name} {n}".strip()) for n, c in commands.items()))
 
 
+@pytest.mark.slow
 def test_every_command_has_its_row_and_no_other() -> None:
     assert {found(row.split())[0] for row in ROWS} == existing(get_command(app))
 

@@ -135,6 +135,7 @@ def test_more_mines_than_the_set_holds_are_refused(made_up):
         build(mission(surface_mines=4), 1, made_up)
 
 
+@pytest.mark.slow
 @needs_data
 def test_the_real_set_lays_a_field_of_several_zones_to_the_same_bytes():
     first, second = build(mission(), 11, REAL), build(mission(), 11, REAL)
@@ -145,6 +146,7 @@ def test_the_real_set_lays_a_field_of_several_zones_to_the_same_bytes():
     assert 0.4 < float(bare.temperature.std()) < 1.0
 
 
+@pytest.mark.slow
 @needs_data
 def test_real_mines_have_plausible_sizes_and_mostly_show():
     entries = read_index(REAL)

@@ -9,6 +9,7 @@ import math
 import sys
 
 import numpy as np
+import pytest
 from motion_simulation import drive
 from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
@@ -55,6 +56,7 @@ def both_ways(seed: int):
     return result
 
 
+@pytest.mark.slow
 def test_planned_paths_with_corners_take_less_time_and_the_rover_touches_nothing():
     pairs = [pair for pair in map(both_ways, range(2, 12)) if pair is not None and pair[0]]
     rows = np.array(pairs)

@@ -31,6 +31,7 @@ def exact_views(camera, board, poses, noise=0.05, seed=0):
     return [view + noise * rng.standard_normal(view.shape) for view in views]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", [CHECKS, CIRCLES], ids=["checkerboard", "circles"])
 def test_a_lepton_is_found_again_from_noisy_pictures_of_both_polarities(board):
     """0.16 K of noise on 8 K of contrast, half of the boards cold, pixels of 16 and 8 bits."""
@@ -74,6 +75,7 @@ def test_skew_is_found_where_it_is_asked_for():
     assert without.rms > with_skew.rms
 
 
+@pytest.mark.slow
 def test_stated_deviations_are_honest():
     """Over many noisy sets the focal length is off by as much as its own sigma says."""
     poses = tilted_poses(CHECKS, LEPTON, 8, np.random.default_rng(3))

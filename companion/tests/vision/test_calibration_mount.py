@@ -64,6 +64,7 @@ def test_a_table_of_points_names_its_bad_line(tmp_path):
         read_points(file, ("u", "v", "x", "y"))
 
 
+@pytest.mark.slow
 def test_uncertainty_on_the_ground_is_that_of_many_draws():
     """A pixel read to 0.5 px by a mount known to 5 mm and 0.3°, and back."""
     sigmas = np.array([0.005, 0.005, 0.005, 0.005, 0.005, 0.005])

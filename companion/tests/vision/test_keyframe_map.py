@@ -49,6 +49,7 @@ def restarted(folder: Path) -> Localizer:
     return Localizer(CAMERA, Pose2(-20.0, 30.0, 1.0), START_SIGMA, known=load_map(folder, CAMERA))
 
 
+@pytest.mark.slow
 def test_a_map_comes_back_from_its_file_as_it_was(first_run: tuple[Path, KeyframeMap, Drive], tmp_path: Path) -> None:
     folder, known, _ = first_run
     loaded = load_map(folder, CAMERA)

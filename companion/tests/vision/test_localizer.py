@@ -75,6 +75,7 @@ def runs() -> list[Run]:
     return made
 
 
+@pytest.mark.slow
 def test_the_fused_pose_stays_within_3_cm_and_1_degree(runs: list[Run]) -> None:
     for run in runs:
         assert run.rms(run.fused) < 0.03
@@ -168,6 +169,7 @@ def test_wheels_alone_follow_an_arc_and_pose_at_goes_back_along_it() -> None:
     assert half.heading == pytest.approx(quarter / 2, abs=0.02)
 
 
+@pytest.mark.slow
 def test_frames_alone_stay_within_8_cm() -> None:
     rng = np.random.default_rng(8)
     path = drive(rng, 2.0, slip=0.0)
@@ -201,6 +203,7 @@ def driven() -> tuple[Localizer, ThermalScene, Drive, float]:
     return localizer, scene, path, len(path.poses) * STEP
 
 
+@pytest.mark.slow
 def test_kidnapped_to_a_known_place_it_is_found_within_3_frames(
     driven: tuple[Localizer, ThermalScene, Drive, float],
 ) -> None:
@@ -218,6 +221,7 @@ def test_kidnapped_to_a_known_place_it_is_found_within_3_frames(
     assert abs(math.degrees(wrap_angle(localizer.pose.heading - place.heading))) < 1.0
 
 
+@pytest.mark.slow
 def test_kidnapped_to_a_place_never_seen_it_says_that_it_is_lost_until_it_is_brought_back(
     driven: tuple[Localizer, ThermalScene, Drive, float],
 ) -> None:

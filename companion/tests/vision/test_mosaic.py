@@ -46,6 +46,7 @@ def placement_error(placement: Placement, onto: list[np.ndarray]) -> float:
     return float(max(apart))
 
 
+@pytest.mark.slow
 def test_pictures_are_placed_and_the_mosaic_shows_the_ground_temperatures() -> None:
     ground, pictures, onto = views(4, (0.0, 30.0, -30.0, 0.0))  # 0.3 K up and down: a camera's drift
     placement = place_pictures(pictures, GraphSettings())
@@ -61,6 +62,7 @@ def test_pictures_are_placed_and_the_mosaic_shows_the_ground_temperatures() -> N
     assert np.std(left - np.median(left)) < 6.0  # hundredths of a kelvin; the drifts alone would make 25
 
 
+@pytest.mark.slow
 def test_a_picture_of_something_else_is_left_out() -> None:
     _, pictures, _ = views(3)
     pictures.insert(1, np.random.default_rng(1).integers(29000, 30000, SIZE[::-1]).astype(np.uint16))
@@ -78,6 +80,7 @@ def test_a_loop_is_closed_instead_of_adding_up() -> None:
     assert rmse_of(solved, ties, 10.0) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_real_facade_hangs_together(rover_data: Path) -> None:
     pictures = [read_picture(file) for file in sorted((rover_data / "dunr/tiff").iterdir())[16:22]]
     placement = place_pictures(pictures, GraphSettings())

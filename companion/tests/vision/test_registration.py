@@ -84,6 +84,7 @@ def test_grass_that_moves_between_the_pictures_does_not_hide_the_ground_below() 
     assert found.keypoints[0] >= found.matches >= found.clustered >= found.inliers == len(found.points_a)
 
 
+@pytest.mark.slow
 def test_the_same_pictures_give_the_same_homography_to_the_last_bit() -> None:
     a = scene(1)
     b = np.roll(a, 40, axis=1)
@@ -122,6 +123,7 @@ def test_graffiti_from_too_far_aside_is_right_or_refused(rover_data: Path) -> No
     assert found.status == "failed" or corner_error(found, np.loadtxt(rover_data / "graf/H1to4p"), first.shape) < 6.0
 
 
+@pytest.mark.slow
 def test_neighbours_along_the_facade_register_and_strangers_do_not(rover_data: Path) -> None:
     settings = RegistrationSettings()
     files = sorted((rover_data / "dunr/tiff").iterdir())[:6]

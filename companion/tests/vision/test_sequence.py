@@ -50,6 +50,7 @@ def slanted_wall(frames: int) -> tuple[list[np.ndarray], list[tuple[np.ndarray, 
     return pictures, poses
 
 
+@pytest.mark.slow
 def test_a_synthetic_way_past_a_slanted_wall() -> None:
     pictures, truth = slanted_wall(6)
     found = track_sequence(pictures, CAMERA, SequenceSettings())
@@ -61,6 +62,7 @@ def test_a_synthetic_way_past_a_slanted_wall() -> None:
         assert between_deg(shift, turn_a.T @ (at_b - at_a)) < 4.0
 
 
+@pytest.mark.slow
 def test_a_frame_of_something_else_is_left_out() -> None:
     pictures, _ = slanted_wall(5)
     pictures[2] = np.random.default_rng(1).integers(29000, 30000, (240, 320)).astype(np.uint16)
@@ -100,6 +102,7 @@ def adjusted_poses(folder: Path) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 def test_a_real_facade_agrees_with_the_survey(rover_data: Path) -> None:
     files = sorted((rover_data / "dunr/tiff").iterdir())[:8]
     camera = CameraModel("wiris", 640, 512, 767.128, 767.128, 312.085, 257.255, 0.0,

@@ -99,6 +99,7 @@ def executed(plans: list[Plan]) -> list[np.ndarray]:
     return [samples[samples[:, 0] == number, 1:] for number in range(len(plans))]
 
 
+@pytest.mark.slow
 def test_the_firmware_ends_where_ruckig_does_and_is_never_far_from_it_on_the_way(
     plans: list[Plan], executed: list[np.ndarray], record_property
 ) -> None:

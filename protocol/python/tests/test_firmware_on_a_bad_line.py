@@ -142,6 +142,7 @@ def wanted() -> dict[str, int]:
     return last["ReferenceDistance"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_frames_lost_doubled_delayed_and_reordered_on_the_bus_change_nothing(wanted: dict, seed: int) -> None:
     run = pieces(SEGMENTS)

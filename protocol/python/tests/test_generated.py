@@ -59,6 +59,7 @@ def test_the_schema_hash_follows_its_definition() -> None:
     assert f"SCHEMA_HASH: u32 = 0x{messages.SCHEMA_HASH:08x};" in rust
 
 
+@pytest.mark.slow
 def test_the_real_micropython_agrees_with_the_vectors_and_receives_without_allocating() -> None:
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is None or npm is None:

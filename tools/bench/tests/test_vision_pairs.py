@@ -38,6 +38,7 @@ def test_the_list_holds_80_pairs_that_overlap_by_half_and_others_that_do_not() -
     assert len({(pair.a, pair.b) for pair in pairs}) == len(pairs)
 
 
+@pytest.mark.slow
 def test_pairs_that_overlap_by_over_half_are_registered(registered: list[tuple[Judged, Registration]]) -> None:
     over = [(pair.a, found.status) for pair, found in registered if pair.overlap == "over"]
     assert len(over) >= 10

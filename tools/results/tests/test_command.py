@@ -54,6 +54,7 @@ PAGES_WITH_CHEAP_BLOCKS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", PAGES_WITH_CHEAP_BLOCKS, ids=lambda file: str(file.relative_to(ROOT)))
 def test_the_cheap_figures_of_a_page_hold(file: Path) -> None:
     assert list(differences(file)) == []

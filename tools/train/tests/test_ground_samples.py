@@ -84,6 +84,7 @@ def test_a_casing_is_looked_for_where_it_appears_and_not_where_it_stands(field: 
     assert truth.to_mine[1] < 0.005 < 0.02 < truth.to_mine[0]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes() -> None:
     first, again = (look_at_fields(CAMERA, ("clay",), [8], 2, True) for _ in range(2))
     assert first.vectors.tobytes() == again.vectors.tobytes()

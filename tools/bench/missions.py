@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
 
@@ -46,7 +47,7 @@ class Outcome:
     odometry_ate: float
 
 
-def judge(summary: dict, truth: dict, wall: float) -> Outcome:
+def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float) -> Outcome:
     """Compares a run's summary with what really lay in the field.
 
     An indication is false here when it lies outside every mine's halo: its radius and FOUND_WITHIN beyond.
@@ -54,10 +55,10 @@ def judge(summary: dict, truth: dict, wall: float) -> Outcome:
     reports = [d for d in summary["detections"] if d["class"] in MINE_CLASSES]
     mines = truth["mines"]
 
-    def found(mine: dict) -> bool:
+    def found(mine: dict[str, Any]) -> bool:
         return any(math.hypot(d["x"] - mine["x"], d["y"] - mine["y"]) <= FOUND_WITHIN for d in reports)
 
-    def false(report: dict) -> bool:
+    def false(report: dict[str, Any]) -> bool:
         return all(
             math.hypot(report["x"] - mine["x"], report["y"] - mine["y"]) > mine["radius"] + FOUND_WITHIN
             for mine in mines

@@ -71,7 +71,7 @@ def _matches(axes: Axes, at: Scene, earlier: Frame, later: Frame) -> None:
     axes.imshow(laid, cmap="gray", extent=(y_max, y_min, x_min, x_max))
     here, there = seen.ground[rows][:, ::-1], known.ground[columns][:, ::-1]
     for name, colour, some in (("fits", INLIER, fits), ("does not fit", OUTLIER, ~fits)):
-        axes.add_collection(LineCollection(np.stack((here[some], there[some]), axis=1), colors=colour, linewidths=1))
+        axes.add_collection(LineCollection(list(np.stack((here[some], there[some]), axis=1)), colors=colour, linewidths=1))
         axes.plot(*here[some].T, "o", markerfacecolor="none", markersize=4, color=colour,
                   label=f"{name}: {int(some.sum())} matches")  # fmt: skip
     axes.set(title="On the ground, matched with a frame before", xlabel="y, m (to the left)", ylabel="x, m (ahead)")
@@ -89,8 +89,8 @@ def _drives(axes: Axes, at: Scene, drive: Drive) -> None:
             frame = at.frame(drive.poses[step], step)
             fused.observe(frame)
             alone.observe(frame)
-            poses = (drive.poses[step], fused.pose, alone.pose, fused.odometry_only)
-            for name, pose in zip(COLOURS, poses, strict=True):
+            now = (drive.poses[step], fused.pose, alone.pose, fused.odometry_only)
+            for name, pose in zip(COLOURS, now, strict=True):
                 estimates[name].append(pose)
     for name, poses in estimates.items():
         axes.plot([p.x for p in poses], [p.y for p in poses], color=COLOURS[name], label=name,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, ImageFile, UnidentifiedImageError
 
 from rover.errors import BadInput
 
@@ -60,7 +60,7 @@ def _shades(picture: Image.Image) -> Shades:
     return Shades(shade, opaque)
 
 
-def _check_maximum(picture: Image.Image, path: Path) -> None:
+def _check_maximum(picture: ImageFile.ImageFile, path: Path) -> None:
     """Pillow takes what lies above a PGM's maximum for white: a wrong maximum would make free ground of walls."""
     if picture.format != "PPM" or not picture.tile or picture.tile[0].codec_name != "ppm":
         return

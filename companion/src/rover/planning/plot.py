@@ -110,7 +110,7 @@ def _runs(field: GridField) -> list[Array]:
     rows, columns = (-(-count // step) for count in field.blocked.shape)
     padded = np.zeros((rows * step, columns * step + 1), dtype=bool)
     padded[: field.blocked.shape[0], : field.blocked.shape[1]] = field.blocked
-    coarse = padded[:, :-1].reshape(rows, step, columns, step).any(axis=(1, 3))
+    coarse = np.asarray(padded[:, :-1].reshape(rows, step, columns, step).any(axis=(1, 3)))
     side = field.resolution * step
     _, _, right, top = field.bounds
     high = np.array([right, top])

@@ -71,7 +71,8 @@ def _matches(axes: Axes, at: Scene, earlier: Frame, later: Frame) -> None:
     axes.imshow(laid, cmap="gray", extent=(y_max, y_min, x_min, x_max))
     here, there = seen.ground[rows][:, ::-1], known.ground[columns][:, ::-1]
     for name, colour, some in (("fits", INLIER, fits), ("does not fit", OUTLIER, ~fits)):
-        axes.add_collection(LineCollection(list(np.stack((here[some], there[some]), axis=1)), colors=colour, linewidths=1))
+        lines = list(np.stack((here[some], there[some]), axis=1))
+        axes.add_collection(LineCollection(lines, colors=colour, linewidths=1))
         axes.plot(*here[some].T, "o", markerfacecolor="none", markersize=4, color=colour,
                   label=f"{name}: {int(some.sum())} matches")  # fmt: skip
     axes.set(title="On the ground, matched with a frame before", xlabel="y, m (to the left)", ylabel="x, m (ahead)")

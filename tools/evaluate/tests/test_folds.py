@@ -43,8 +43,8 @@ def test_sessions_choose_no_threshold_for_zones() -> None:
 
 def test_pd_is_read_off_where_so_many_false_alarms_a_picture_are_let_through() -> None:
     alarms = [Alarm(0.9, 0, 0, (0, 0, 1), True), Alarm(0.8, 0, -1, (0, 0, 1)), Alarm(0.7, 1, 0, (0, 0, 1), False)]
-    nothing = np.zeros(0, np.int64), np.zeros((0, 3))
-    found = Outcome("zone 1", *nothing, alarms, 2, 2, nothing)
+    truth, p = np.zeros(0, np.int64), np.zeros((0, 3))
+    found = Outcome("zone 1", truth, p, alarms, 2, 2, (truth, p))
     assert found.pd_at(0.3) == 0.5
     assert found.pd_at(0.5) == 1.0
     assert found.pd_at(0.5, strict=True) == 0.5

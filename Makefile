@@ -23,6 +23,7 @@ CARGO ?= cargo
 export ROVER_GIT_HASH ?= $(shell git rev-parse HEAD 2>/dev/null || echo 0)
 
 SHELL_SCRIPTS := .ci/run $(wildcard firmware/*.sh tools/*.sh)
+MICROPYTHON := protocol/python/tests/micropython
 PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/pyproject.toml
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
@@ -69,7 +70,11 @@ $(VENV)/.dev: requirements/dev.lock $(BIN)/rover
 	@$(call quietly,$(call install,dev))
 	@touch $@
 
-setup-dev: setup $(VENV)/.dev
+# MicroPython under Node, for two tests of the protocol; without Node they say that they skip.
+$(MICROPYTHON)/node_modules: $(MICROPYTHON)/package-lock.json
+	@if command -v npm >/dev/null; then $(call quietly,cd $(MICROPYTHON) && npm ci --no-audit --no-fund); touch $@; fi
+
+setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules
 
 test: setup-dev firmware test-rust test-python
 

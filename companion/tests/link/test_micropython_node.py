@@ -68,7 +68,7 @@ def board() -> Iterator[NodeBoard]:
     if shutil.which("node") is None:
         pytest.skip("Node is not installed; it runs MicroPython's WebAssembly build")
     if not INTERPRETER.is_dir():
-        pytest.skip("MicroPython is not installed here: the tests of protocol/python install it")
+        pytest.skip("MicroPython under Node is not installed: install node and npm, and run 'make setup-dev'")
     made = NodeBoard(ECHO_US)
     yield made
     made.unplug()

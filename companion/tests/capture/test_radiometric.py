@@ -152,7 +152,7 @@ def test_the_command_prints_the_contract_and_writes_what_other_commands_read(tmp
     file.write_bytes(jpeg_with(flir_file(counts_of(KELVIN), "png-swapped", ">")))
     done = rover("decode", str(file), "--json", "--tiff", str(tiff))
     found = json.loads(done.stdout)
-    assert list(found) == ["camera", "width", "height", "min_c", "max_c", "mean_c", "centre_c"]
+    assert list(found) == ["camera", "width", "height", "min_c", "max_c", "mean_c", "centre_c", "frame", "frames"]
     assert (found["width"], found["height"]) == (64, 48)
     assert found["min_c"] == pytest.approx(6.85, abs=0.05)
     counts = cv2.imread(str(tiff), cv2.IMREAD_UNCHANGED)

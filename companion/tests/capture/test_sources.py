@@ -63,7 +63,7 @@ def test_missing_and_empty_folders_and_unknown_kinds_are_told_apart(tmp_path: Pa
 def test_damaged_pictures_give_one_line(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "damaged.png"
     file.write_bytes(content)
-    with pytest.raises(BadInput, match=r"damaged\.png: not a readable picture") as caught:
+    with pytest.raises(BadInput, match=r"damaged\.png: (not a readable picture|damaged or cut TIFF)") as caught:
         read_picture(file)
     assert "\n" not in str(caught.value)
 

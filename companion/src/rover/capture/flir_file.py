@@ -6,15 +6,16 @@ all of it is found from fields whose value is known. The layout is public throug
 
 from __future__ import annotations
 
+import itertools
 import struct
 import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.capture.decoders import decode_quietly
 from rover.capture.jpeg_segments import APP1
 from rover.capture.radiometry import Radiometry
 from rover.errors import BadInput
@@ -22,6 +23,7 @@ from rover.errors import BadInput
 FILE_SIGNATURE = b"FFF\0"
 SEGMENT_SIGNATURE = b"FLIR\0"
 PNG_SIGNATURE = b"\x89PNG"
+JPEG_LS_SIGNATURE = b"\xff\xd8\xff\xf7"
 RECORD_RAW, RECORD_CAMERA = 1, 32
 RECORD_BYTES, RAW_HEADER_BYTES = 32, 32
 MAX_RECORDS, MAX_SIDE = 1024, 8192
@@ -54,6 +56,37 @@ def join_segments(segments: Iterable[tuple[int, bytes]], name: str) -> bytes | N
     return b"".join(parts[part] for part in sorted(parts))
 
 
+def split_frames(data: bytes) -> list[bytes]:
+    """The FFF files that follow each other in a SEQ; one where there is but one, whatever its state."""
+    begins = [0]
+    while True:
+        # Records may hold the signature by chance: the next file begins behind all that this one announces.
+        following = data.find(FILE_SIGNATURE, begins[-1] + max(_extent(data[begins[-1] :]), len(FILE_SIGNATURE)))
+        if following < 0:
+            return [data[begin:end] for begin, end in itertools.pairwise((*begins, len(data)))]
+        begins.append(following)
+
+
+def _extent(data: bytes) -> int:
+    """Bytes from the start of an FFF file to the end of its last record; 0 where its index cannot be read."""
+    try:
+        order, at, count = _index(data)
+        entries = (
+            struct.unpack_from(order + "II", data, at + RECORD_BYTES * index + 12) for index in range(count)
+        )
+        return max((offset + length for offset, length in entries if offset + length <= len(data)), default=0)
+    except struct.error:
+        return 0
+
+
+def _index(data: bytes) -> tuple[str, int, int]:
+    """Byte order, and where the index of how many records lies."""
+    (version,) = struct.unpack_from(">I", data, 0x14)
+    order = ">" if 0 < version < 0x10000 else "<"
+    at, count = struct.unpack_from(order + "II", data, 0x18)
+    return order, at, min(count, MAX_RECORDS)
+
+
 def parse(data: bytes, name: str) -> FlirFile:
     """Reads an FFF file. Raises BadInput naming `name` for anything that is cut, damaged or implausible."""
     try:
@@ -63,7 +96,9 @@ def parse(data: bytes, name: str) -> FlirFile:
     except KeyError as error:
         what = {RECORD_RAW: "raw picture", RECORD_CAMERA: "camera constants"}.get(error.args[0], "file header")
         raise BadInput(f"{name}: no {what} in its thermal record: damaged, or not a radiometric file") from error
-    except (struct.error, ValueError, cv2.error) as error:
+    except struct.error as error:
+        raise BadInput(f"{name}: damaged thermal record: cut in the middle of a field") from error
+    except ValueError as error:
         raise BadInput(f"{name}: damaged thermal record ({error})") from error
     radiometry.check(name)
     return FlirFile(raw, radiometry, model)
@@ -72,11 +107,9 @@ def parse(data: bytes, name: str) -> FlirFile:
 def _records(data: bytes) -> dict[int, tuple[int, bytes]]:
     if not data.startswith(FILE_SIGNATURE):
         raise KeyError("header")
-    (version,) = struct.unpack_from(">I", data, 0x14)
-    order = ">" if 0 < version < 0x10000 else "<"
-    at, count = struct.unpack_from(order + "II", data, 0x18)
+    order, at, count = _index(data)
     found: dict[int, tuple[int, bytes]] = {}
-    for index in range(min(count, MAX_RECORDS)):
+    for index in range(count):
         kind, subtype, _, _, offset, length = struct.unpack_from(order + "HHIIII", data, at + RECORD_BYTES * index)
         if kind in (RECORD_RAW, RECORD_CAMERA) and kind not in found:
             if offset + length > len(data):
@@ -96,12 +129,14 @@ def _raw_picture(record: tuple[int, bytes], name: str) -> NDArray[np.uint16]:
     payload = content[RAW_HEADER_BYTES:]
     if payload.startswith(PNG_SIGNATURE):
         check_png(payload)
-        decoded = cv2.imdecode(np.frombuffer(payload, np.uint8), cv2.IMREAD_UNCHANGED)
+        decoded = decode_quietly(payload)
         if decoded is None or decoded.dtype != np.uint16 or decoded.ndim != 2:
             raise ValueError("its PNG payload is not a readable 16-bit picture")
         if decoded.shape != (height, width):
             raise ValueError(f"its PNG payload is {decoded.shape[1]}×{decoded.shape[0]}, announced {width}×{height}")
         picture = np.asarray(decoded, np.uint16)
+    elif payload.startswith(JPEG_LS_SIGNATURE):
+        raise BadInput(f"{name}: pixels packed with JPEG-LS (CSQ) are not supported: export the file as SEQ or TIFF")
     else:
         if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
             raise ValueError(f"{width}×{height} pixels")

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from rover.capture.frame import Frame
 from rover.capture.location import Location
 from rover.capture.picture import files_of, read_counts
-from rover.capture.radiometric import as_centikelvin, read_thermogram
+from rover.capture.radiometric import read_thermogram
 from rover.capture.source import FRAME_PERIOD, register
+from rover.capture.temperatures import as_centikelvin
 from rover.errors import BadInput
 
 

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from rover.errors import BadInput
 
 START_OF_IMAGE = b"\xff\xd8"
-SCAN_MARKER, END_MARKER = b"\xff\xda", b"\xff\xd9"
 START_OF_SCAN, END_OF_IMAGE = 0xDA, 0xD9
 APP1 = 0xE1
+MARKER = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
 
 
 def check_end(data: bytes, name: str) -> None:
-    """Raises BadInput for a JPEG without its last marker: it was cut, and what is left may not be all."""
-    if data.rfind(END_MARKER) < data.rfind(SCAN_MARKER):
-        raise BadInput(f"{name}: cut JPEG: its end is missing")
+    """Raises BadInput for a JPEG without its last marker: it was cut, and what is left may not be all.
+
+    What lies behind that marker is none of the picture's; cameras put further pictures there.
+    """
+    at = 2
+    while True:
+        # Between segments fill bytes; within a scan escaped bytes and restart markers, which are no ends.
+        found = MARKER.search(data, at)
+        if found is None:
+            raise BadInput(f"{name}: cut JPEG: its end is missing")
+        marker = data[found.end() - 1]
+        if marker == END_OF_IMAGE:
+            return
+        at = found.end() + int.from_bytes(data[found.end() : found.end() + 2], "big")
 
 
 def segments(data: bytes, name: str) -> Iterator[tuple[int, bytes]]:

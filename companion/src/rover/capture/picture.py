@@ -1,4 +1,7 @@
-"""Reading pictures from disk: 8 or 16 bits, one channel, with errors that name the file."""
+"""Reading pictures from disk as 8 or 16 bits of one channel, with errors that name the file.
+
+A file that knows its temperatures gives these, as kelvin × 100, and not the preview for the eye that it shows as well.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.capture.tiff import decode_plain_tiff
+from rover.capture.radiometric import has_thermal_record, read_thermogram
+from rover.capture.raster import KINDS, decode_raster
+from rover.capture.temperatures import as_centikelvin, kelvin_of_floats
 from rover.errors import BadInput
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
-KINDS = "PNG, TIFF, JPEG, PGM or BMP"
 
 
 def files_of(place: Path | str, endings: tuple[str, ...] = EXTENSIONS, kind: str = KINDS) -> list[Path]:
@@ -27,32 +31,32 @@ def files_of(place: Path | str, endings: tuple[str, ...] = EXTENSIONS, kind: str
 
 
 def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """The picture at `path` as (H, W), its depth kept; colour is turned into grey.
+    """The first picture at `path` as (H, W), its depth kept; colour is turned into grey.
 
-    Raises BadInput when the file is missing, empty, not a picture, or neither 8 nor 16 bits deep.
+    Temperatures, of a radiometric file or in floating point, become kelvin × 100. Raises BadInput when the file is
+    missing, empty, damaged, not a picture, or neither 8 nor 16 bits deep.
     """
+    return read_picture_of_many(path)[0]
+
+
+def read_picture_of_many(path: Path | str) -> tuple[NDArray[np.uint8] | NDArray[np.uint16], int]:
+    """As `read_picture`, and how many frames the file holds."""
     file = Path(path)
+    if file.is_dir():
+        raise BadInput(f"{file}: a folder, where a picture is expected")
     if not file.is_file():
         raise BadInput(f"{file}: no such picture")
     content = file.read_bytes()
-    plain = decode_plain_tiff(content)
-    if plain is not None:
-        return plain
-    data = np.frombuffer(content, dtype=np.uint8)
-    try:
-        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    except cv2.error:
-        image = None
-    if image is None:
-        raise BadInput(f"{file}: not a readable picture ({KINDS} expected)")
-    if image.ndim == 3 and image.shape[2] > 1:
-        image = cv2.cvtColor(image[:, :, :3], cv2.COLOR_BGR2GRAY)
-    image = image.reshape(image.shape[:2])
-    if image.dtype == np.uint16:
-        return np.asarray(image, np.uint16)
-    if image.dtype == np.uint8:
-        return np.asarray(image, np.uint8)
-    raise BadInput(f"{file}: {image.dtype} pixels; 8 or 16 bits expected")
+    if has_thermal_record(content):
+        thermogram = read_thermogram(file)
+        return as_centikelvin(thermogram.kelvin), thermogram.frames
+    raster = decode_raster(content, str(file))
+    pixels = raster.pixels
+    if pixels.dtype == np.uint8:
+        return np.asarray(pixels, np.uint8), raster.frames
+    if pixels.dtype == np.uint16:
+        return np.asarray(pixels, np.uint16), raster.frames
+    return as_centikelvin(kelvin_of_floats(pixels, str(file))), raster.frames
 
 
 def read_counts(path: Path | str) -> NDArray[np.uint16]:

@@ -1,4 +1,4 @@
-"""Radiometric files to temperatures: FLIR and Zenmuse JPEG, FLIR's own FFF, and 16-bit pictures in kelvin × 100."""
+"""Radiometric files to temperatures: FLIR and Zenmuse JPEG, FLIR's own FFF and SEQ, and pictures in kelvin or °C."""
 
 from __future__ import annotations
 
@@ -9,69 +9,89 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture import exif, flir_file, jpeg_segments
-from rover.capture.frame import KELVIN_PER_COUNT
-from rover.capture.picture import read_picture, write_picture
+from rover.capture.raster import check_frame, decode_raster
+from rover.capture.temperatures import PLAUSIBLE_KELVIN, check_median, kelvin_of_counts, kelvin_of_floats
 from rover.errors import BadInput
-
-# From the coldest sky to the hottest range of any camera of this kind; the median of a picture lies in between.
-PLAUSIBLE_KELVIN = (123.0, 2500.0)
-
-# Where a picture must lie whose file does not say what its 16-bit counts mean.
-OUTDOORS_KELVIN = (203.0, 423.0)
 
 # How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
 # of four cameras none lies beyond by more than 6 K or by more than its neighbours' range.
 SPIKE_KELVIN, SPIKE_RATIO = 30.0, 5.0
+# Segments of a JPEG in which DJI's own cameras keep their thermal record.
+DJI_SEGMENTS = frozenset((0xE3, 0xE4, 0xE5))
 
 
 @dataclass(frozen=True, eq=False)
 class Thermogram:
-    """camera: as the file names it. kelvin: (H, W) float32, NaN where the sensor's count means no temperature."""
+    """camera: as the file names it. kelvin: (H, W) float32, NaN where the sensor's count means no temperature.
+
+    frame: which of the file's `frames` this is, from 1.
+    """
 
     camera: str
     kelvin: NDArray[np.float32]
+    frame: int = 1
+    frames: int = 1
 
 
-def read_thermogram(path: Path | str) -> Thermogram:
-    """Decodes a radiometric file. Raises BadInput, one line, for a file that is missing, damaged or not radiometric."""
+def has_thermal_record(data: bytes) -> bool:
+    """Whether it is a file of FLIR's, or a JPEG with FLIR's record in it, damaged or not."""
+    return data.startswith(flir_file.FILE_SIGNATURE) or (
+        data.startswith(jpeg_segments.START_OF_IMAGE) and flir_file.SEGMENT_SIGNATURE in data[:0x20000]
+    )
+
+
+def read_thermogram(path: Path | str, frame: int = 1) -> Thermogram:
+    """Decodes a radiometric file, of many frames the one numbered `frame` from 1.
+
+    Raises BadInput, one line, for a file that is missing, damaged, not radiometric, or has no such frame.
+    """
     file = Path(path)
     name = str(file)
+    if file.is_dir():
+        raise BadInput(f"{name}: a folder, where a radiometric file is expected")
     if not file.is_file():
         raise BadInput(f"{name}: no such file")
     data = file.read_bytes()
     if not data:
         raise BadInput(f"{name}: the file is empty")
     if data.startswith(flir_file.FILE_SIGNATURE):
-        return _of_flir(flir_file.parse(data, name), "", name)
+        parts = flir_file.split_frames(data)
+        check_frame(frame, len(parts), name)
+        return _of_flir(flir_file.parse(parts[frame - 1], name), "", name, frame, len(parts))
     if data.startswith(jpeg_segments.START_OF_IMAGE):
-        parts = list(jpeg_segments.segments(data, name))
-        jpeg_segments.check_end(data, name)
-        record = flir_file.join_segments(parts, name)
-        if record is None:
-            raise BadInput(f"{name}: a JPEG without FLIR's thermal record: not a radiometric file")
-        return _of_flir(flir_file.parse(record, name), exif.camera_name(parts), name)
-    return _of_counts(read_picture(file), name)
+        check_frame(frame, 1, name)
+        return _of_jpeg(data, name)
+    raster = decode_raster(data, name, frame)
+    if raster.pixels.dtype == np.uint8:
+        raise BadInput(f"{name}: an 8-bit picture: not a radiometric file")
+    is_counts = raster.pixels.dtype == np.uint16
+    kelvin = kelvin_of_counts(raster.pixels, name) if is_counts else kelvin_of_floats(raster.pixels, name)
+    return Thermogram("unknown", kelvin, frame, raster.frames)
 
 
-def write_counts(path: Path, kelvin: NDArray[np.float32]) -> None:
-    """Writes a 16-bit TIFF of kelvin × 100, 0 where there is no temperature. Raises BadInput when it cannot."""
-    write_picture(path, as_centikelvin(kelvin))
+def _of_jpeg(data: bytes, name: str) -> Thermogram:
+    segments = list(jpeg_segments.segments(data, name))
+    camera = exif.camera_name(segments)
+    record = flir_file.join_segments(segments, name)
+    if record is None:
+        if camera.upper().startswith("DJI") and DJI_SEGMENTS & {marker for marker, _ in segments}:
+            raise BadInput(
+                f"{name}: {camera}: its thermal record is DJI's own, which only DJI's closed SDK decodes; "
+                "export temperatures as TIFF with DJI's tools, which this command reads"
+            )
+        whose = f" of {camera}" if camera else ""
+        raise BadInput(f"{name}: a JPEG{whose} without FLIR's thermal record: not a radiometric file")
+    jpeg_segments.check_end(data, name)
+    return _of_flir(flir_file.parse(record, name), camera, name)
 
 
-def as_centikelvin(kelvin: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Temperatures (H, W) as kelvin × 100, 0 where there is none (NaN)."""
-    counts = np.nan_to_num(np.rint(kelvin / KELVIN_PER_COUNT), nan=0.0)
-    centikelvin: NDArray[np.uint16] = np.clip(counts, 0, 65535).astype(np.uint16)
-    return centikelvin
-
-
-def _of_flir(content: flir_file.FlirFile, camera: str, name: str) -> Thermogram:
+def _of_flir(content: flir_file.FlirFile, camera: str, name: str, frame: int = 1, frames: int = 1) -> Thermogram:
     kelvin = content.radiometry.kelvin(content.raw)
-    _check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
+    check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
     alone = spikes(kelvin)
     if alone:
         raise BadInput(f"{name}: damaged thermal record: {alone} pixels far off all their neighbours")
-    return Thermogram(content.model or camera or "unknown", kelvin)
+    return Thermogram(content.model or camera or "unknown", kelvin, frame, frames)
 
 
 def spikes(kelvin: NDArray[np.float32]) -> int:
@@ -90,19 +110,3 @@ def spikes(kelvin: NDArray[np.float32]) -> int:
     lowest, highest = np.minimum.reduce(beside), np.maximum.reduce(beside)
     beyond = np.maximum(kelvin - highest, lowest - kelvin)
     return int(((beyond > SPIKE_KELVIN) & (beyond > SPIKE_RATIO * (highest - lowest))).sum())
-
-
-def _of_counts(picture: NDArray[np.uint8] | NDArray[np.uint16], name: str) -> Thermogram:
-    if picture.dtype != np.uint16:
-        raise BadInput(f"{name}: an 8-bit picture: not a radiometric file")
-    kelvin = picture.astype(np.float32) * np.float32(KELVIN_PER_COUNT)
-    _check_median(kelvin, OUTDOORS_KELVIN, f"{name}: 16-bit counts that are not kelvin × 100")
-    return Thermogram("unknown", kelvin)
-
-
-def _check_median(kelvin: NDArray[np.float32], limits: tuple[float, float], complaint: str) -> None:
-    known = kelvin[np.isfinite(kelvin)]
-    median = float(np.median(known)) if known.size > kelvin.size // 2 else float("nan")
-    if not limits[0] <= median <= limits[1]:
-        shown = f"a median of {median:.0f} K" if np.isfinite(median) else "most pixels without a temperature"
-        raise BadInput(f"{complaint}: {shown}")

@@ -20,6 +20,10 @@ SENSOR_KELVIN = (200.0, 400.0)
 
 # AGC State in the status bits.
 AGC_BIT = 12
+# The camera counts its uptime in 32 bits of milliseconds.
+UPTIME_WRAP_S = 2**32 * 1e-3
+# Nobody leaves a camera longer than a day without a correction across that wrap.
+MAX_SINCE_FFC_MS = 86_400_000
 FFC_STATES = ("never", "imminent", "running", "complete")
 # Words of row A that are sent as zero.
 RESERVED = (17, 18, 19, 27, 28)
@@ -45,7 +49,7 @@ class Telemetry:
     @property
     def since_ffc(self) -> float:
         """Seconds since the last flat-field correction."""
-        return self.uptime - self.uptime_at_ffc
+        return (self.uptime - self.uptime_at_ffc) % UPTIME_WRAP_S
 
 
 def parse_words(words: NDArray[np.uint16]) -> Telemetry | None:
@@ -58,7 +62,9 @@ def parse_words(words: NDArray[np.uint16]) -> Telemetry | None:
 
     sensor_kelvin = float(words[24]) / 100.0
     uptime_ms, at_ffc_ms = double(1), double(30)
-    if not SENSOR_KELVIN[0] < sensor_kelvin < SENSOR_KELVIN[1] or at_ffc_ms > uptime_ms:
+    # Behind 49.7 days the uptime begins anew, and the last correction lies in the time before.
+    is_later = at_ffc_ms > uptime_ms and (uptime_ms - at_ffc_ms) % 2**32 > MAX_SINCE_FFC_MS
+    if not SENSOR_KELVIN[0] < sensor_kelvin < SENSOR_KELVIN[1] or is_later:
         return None
     status = double(3)
     linear, resolution = int(words[2 * ROW_WORDS + 48]), int(words[2 * ROW_WORDS + 49])

@@ -1,52 +1,81 @@
-"""Plain 16-bit TIFF as thermal cameras write it, where OpenCV's reader insists on tags that they leave out.
+"""A page of a TIFF to pixels as they are meant: unsigned numbers, or floating point of 16, 32 and 64 bits.
 
-Baseline TIFF 6.0: first directory, one sample of 16 bits, no compression, strips. Everything else is left to OpenCV.
+What thermal cameras and photogrammetry write is unpacked here: 16 bits and floats, plain or deflated. OpenCV does the
+rest; it insists on tags that cameras leave out, and takes half floats for whole numbers.
 """
 
 from __future__ import annotations
 
 import struct
+import zlib
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-WIDTH, LENGTH, BITS, COMPRESSION = 256, 257, 258, 259
-STRIP_OFFSETS, SAMPLES, STRIP_BYTES = 273, 277, 279
-FORMATS = {1: "B", 3: "H", 4: "I"}
-MAX_SIDE = 16384
+from rover.capture.decoders import decode_quietly
+from rover.capture.tiff_pages import Page
+from rover.errors import BadInput
+
+NONE, LZW, JPEG, DEFLATE, ADOBE_DEFLATE, PACK_BITS = 1, 5, 7, 32946, 8, 32773
+COMPRESSIONS = {
+    **{2: "CCITT", 3: "fax", 4: "fax", 6: "old JPEG", 34712: "JPEG 2000", 34887: "LERC", 34892: "lossy JPEG"},
+    **{34925: "LZMA", 50000: "ZSTD", 50001: "WebP", 50002: "JPEG XL"},
+}
+FORMATS = {1: "unsigned", 2: "signed", 3: "floating-point"}
+UNSIGNED, FLOAT = 1, 3
+HORIZONTAL, FLOATING_POINT = 2, 3
+MAX_SIDE_PX = 16_384
 
 
-def decode_plain_tiff(data: bytes) -> NDArray[np.uint16] | None:
-    """The picture (H, W) of an uncompressed 16-bit single-channel TIFF; None when `data` is anything else."""
-    try:
-        return _decode(data)
-    except (struct.error, KeyError, IndexError, ValueError):
-        return None
+def decode_page(data: bytes, page: Page, name: str) -> NDArray[Any]:
+    """(H, W) or, in colour, (H, W, 3): uint8, uint16, float32 or float64. Raises BadInput naming `name` and why not."""
+    if page.samples not in (1, 3, 4):
+        raise BadInput(f"{name}: a TIFF of {page.samples} bands of {page.bits} bits: one band is expected")
+    if not (0 < page.width <= MAX_SIDE_PX and 0 < page.height <= MAX_SIDE_PX):
+        raise BadInput(f"{name}: damaged TIFF: a page of {page.width}×{page.height} pixels")
+    is_float = page.sample_format == FLOAT and page.bits in (16, 32, 64)
+    if not is_float and not (page.sample_format == UNSIGNED and page.bits in (1, 4, 8, 16)):
+        kind = FORMATS.get(page.sample_format, "unknown")
+        raise BadInput(f"{name}: {page.bits}-bit {kind} pixels: 8 or 16 bits unsigned, or floating point, are expected")
+    is_plain = page.samples == 1 and page.bits >= 16 and bool(page.strips)
+    if is_plain and page.compression in (NONE, DEFLATE, ADOBE_DEFLATE):
+        return _unpacked(data, page, name)
+    # OpenCV reads the first page of a file: make this one the first.
+    moved = data[:4] + struct.pack(page.order + "I", page.at) + data[8:]
+    picture = None if is_float and page.bits != 32 else decode_quietly(moved)
+    if picture is None:
+        packing = COMPRESSIONS.get(page.compression)
+        if packing is not None or is_float:
+            what = f"{packing or 'this'} compression"
+            raise BadInput(f"{name}: a TIFF with {what} is not supported: store it plain, or with deflate")
+        raise BadInput(f"{name}: damaged or cut TIFF: its pixels cannot be unpacked")
+    return picture
 
 
-def _decode(data: bytes) -> NDArray[np.uint16] | None:
-    order = {b"II*\0": "<", b"MM\0*": ">"}[data[:4]]
-    (directory,) = struct.unpack_from(order + "I", data, 4)
-    (entries,) = struct.unpack_from(order + "H", data, directory)
-    tags: dict[int, tuple[int, ...]] = {}
-    for index in range(entries):
-        at = directory + 2 + 12 * index
-        tag, kind, count = struct.unpack_from(order + "HHI", data, at)
-        if kind not in FORMATS or count > MAX_SIDE:
-            continue
-        layout = f"{order}{count}{FORMATS[kind]}"
-        where = at + 8
-        if struct.calcsize(layout) > 4:
-            (where,) = struct.unpack_from(order + "I", data, where)
-        tags[tag] = struct.unpack_from(layout, data, where)
-    width, height = tags[WIDTH][0], tags[LENGTH][0]
-    if (
-        tags[BITS] != (16,)
-        or tags.get(COMPRESSION, (1,)) != (1,)
-        or tags.get(SAMPLES, (1,)) != (1,)
-        or not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE)
-    ):
-        return None
-    strips = zip(tags[STRIP_OFFSETS], tags[STRIP_BYTES], strict=True)
-    pixels = np.frombuffer(b"".join(data[a : a + n] for a, n in strips), dtype=order + "u2")
-    return pixels[: width * height].reshape(height, width).astype(np.uint16)
+def _unpacked(data: bytes, page: Page, name: str) -> NDArray[Any]:
+    kind = np.dtype(f"{page.order}{'f' if page.sample_format == FLOAT else 'u'}{page.bits // 8}")
+    parts = [data[at : at + count] for at, count in page.strips]
+    if page.compression != NONE:
+        try:
+            parts = [zlib.decompress(part) for part in parts]
+        except zlib.error as error:
+            raise BadInput(f"{name}: damaged or cut TIFF: its pixels cannot be unpacked") from error
+    content = b"".join(parts)
+    wanted = page.pixels * kind.itemsize
+    if len(content) < wanted:
+        raise BadInput(f"{name}: cut TIFF: {len(content)} of {wanted} bytes of pixels")
+    content = content[:wanted]
+    if page.predictor == FLOATING_POINT:
+        rows = np.frombuffer(content, np.uint8).reshape(page.height, -1).cumsum(axis=1, dtype=np.uint8)
+        # Bytes of one weight stand together, the heaviest first.
+        planes = rows.reshape(page.height, kind.itemsize, page.width).transpose(0, 2, 1)
+        pixels = np.ascontiguousarray(planes).view(kind.newbyteorder(">"))[..., 0]
+    else:
+        pixels = np.frombuffer(content, kind).reshape(page.height, page.width)
+        if page.predictor == HORIZONTAL:
+            whole = pixels.view(f"{page.order}u{kind.itemsize}")
+            pixels = whole.cumsum(axis=1, dtype=f"u{kind.itemsize}").view(kind.newbyteorder("="))
+    is_half = kind.kind == "f" and kind.itemsize == 2
+    native: NDArray[Any] = pixels.astype(np.float32 if is_half else kind.newbyteorder("="))
+    return native

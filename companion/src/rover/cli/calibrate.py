@@ -148,7 +148,8 @@ def _mounted(camera: str | None, ground: Path) -> tuple[CameraModel, dict[str, A
 
 
 def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: Path, board: Board) -> dict[str, Any]:
-    from rover.capture.picture import files_of, read_picture
+    from rover.capture.picture import files_of
+    from rover.cli.pictures import read_picture
     from rover.vision.calibration.board import find_board
     from rover.vision.calibration.pair import ground_homography, pair_from_board
 
@@ -180,7 +181,7 @@ def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: 
 
 def _views(files: list[Path], find: Any, what: str) -> tuple[tuple[int, int], list[tuple[Path, NDArray[np.float64]]]]:
     """Size of the pictures, and those in which the target was found, with its points."""
-    from rover.capture.picture import read_picture
+    from rover.cli.pictures import read_picture
     from rover.cli.progress import progress
 
     if not files:

@@ -12,14 +12,16 @@ from rover.cli.output import write_json, write_text
 if TYPE_CHECKING:
     from rover.capture.radiometric import Thermogram
 
-HELP = """Decode a radiometric picture: FLIR and Zenmuse JPEG, FLIR's FFF, 16-bit TIFF or PNG in kelvin × 100.
+HELP = """Decode a radiometric picture: FLIR and Zenmuse XT JPEG, FLIR's FFF and SEQ, TIFF or PNG.
 
-Emissivity, reflected temperature, air, distance and window are taken from the file.
+16 bits are kelvin × 100, floating point is kelvin or °C. Emissivity, reflected temperature, air, distance and window
+are taken from the file. Of a file with many frames each is named, or the one of --frame.
 
 \b
 Examples:
   rover decode IR_0012.jpg
   rover decode IR_0012.jpg --json | jq .max_c
+  rover decode drive.seq --frame 3
   rover decode IR_0012.jpg --tiff IR_0012.tiff     16 bits, kelvin × 100, as every other command reads it
 """
 
@@ -27,23 +29,36 @@ Examples:
 def command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The radiometric file.")],
     tiff: Annotated[Path | None, typer.Option("--tiff", metavar="OUT", help="Write kelvin × 100, 16 bits.")] = None,
+    frame: Annotated[int | None, typer.Option(min=1, metavar="N", help="Of many frames this one, from 1.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.radiometric import read_thermogram, write_counts
+    from rover.capture.picture import write_picture
+    from rover.capture.radiometric import read_thermogram
+    from rover.capture.temperatures import as_centikelvin
 
-    thermogram = read_thermogram(file)
+    chosen = read_thermogram(file, frame or 1)
     if tiff is not None:
-        write_counts(tiff, thermogram.kelvin)
-    found = document(thermogram)
+        write_picture(tiff, as_centikelvin(chosen.kelvin))
     if as_json:
-        write_json(found)
-    else:
-        write_text(
-            f"{found['camera']}, {found['width']}×{found['height']}: {found['min_c']:.2f} to {found['max_c']:.2f} °C, "
-            f"mean {found['mean_c']:.2f} °C, centre {found['centre_c']:.2f} °C"
-        )
+        write_json(document(chosen))
+        return 0
+    write_text(line(chosen))
+    if frame is None:
+        for number in range(2, chosen.frames + 1):
+            write_text(line(read_thermogram(file, number)))
     return 0
+
+
+def line(thermogram: Thermogram) -> str:
+    """One frame's figures for a person."""
+    found = document(thermogram)
+    which = f", frame {found['frame']} of {found['frames']}" if found["frames"] > 1 else ""
+    return (
+        f"{found['camera']}, {found['width']}×{found['height']}{which}: "
+        f"{found['min_c']:.2f} to {found['max_c']:.2f} °C, "
+        f"mean {found['mean_c']:.2f} °C, centre {found['centre_c']:.2f} °C"
+    )
 
 
 def document(thermogram: Thermogram) -> dict[str, Any]:
@@ -62,4 +77,6 @@ def document(thermogram: Thermogram) -> dict[str, Any]:
         "max_c": round(float(np.nanmax(celsius)), 3),
         "mean_c": round(float(np.nanmean(celsius)), 3),
         "centre_c": round(float(celsius[height // 2, width // 2]), 3),
+        "frame": thermogram.frame,
+        "frames": thermogram.frames,
     }

@@ -99,7 +99,7 @@ def examine(
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     import numpy as np
 
-    from rover.capture.picture import read_picture
+    from rover.cli.pictures import read_picture
     from rover.detection.classifier import GROUND, MINES, PICTURES
     from rover.detection.ground import detect  # noqa: F401  fetched before the clock runs
     from rover.detection.ground.image import rectifier_of

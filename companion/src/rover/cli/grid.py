@@ -112,8 +112,8 @@ def binary_picture(file: Path, visible: bool) -> NDArray[np.bool_]:
     """Where a picture (h, w) stands out of the ground around. Raises BadInput for one that tells nothing."""
     import numpy as np
 
-    from rover.capture.picture import read_picture
     from rover.capture.radiometric import read_thermogram
+    from rover.cli.pictures import read_picture, say_frame
     from rover.mapping.thermal_anomaly import anomalies
     from rover.mapping.visible_anomaly import visible_anomalies
 
@@ -122,7 +122,9 @@ def binary_picture(file: Path, visible: bool) -> NDArray[np.bool_]:
         if grey.dtype != np.uint8:
             raise BadInput(f"{file}: a 16-bit picture: leave out --visible, or give a photograph of 8 bits")
         return visible_anomalies(grey.astype(np.float32))
-    kelvin = read_thermogram(file).kelvin
+    thermogram = read_thermogram(file)
+    say_frame(file, thermogram.frames)
+    kelvin = thermogram.kelvin
     known = np.isfinite(kelvin)
     strong, _ = anomalies(np.where(known, kelvin, np.float32(np.median(kelvin[known]))))
     return strong

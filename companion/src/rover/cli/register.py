@@ -64,7 +64,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import read_picture
+    from rover.cli.pictures import read_picture
     from rover.vision.registration.register import PAPER_EPSILON, RegistrationSettings, register
 
     settings = RegistrationSettings(estimator=estimator.value)

@@ -35,7 +35,8 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import read_picture, write_picture
+    from rover.capture.picture import write_picture
+    from rover.cli.pictures import read_picture
     from rover.cli.progress import progress
     from rover.vision.camera.file import load_camera
     from rover.vision.mosaic.picture_graph import GraphSettings, place_pictures

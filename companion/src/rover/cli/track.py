@@ -50,7 +50,8 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import files_of, read_picture
+    from rover.capture.picture import files_of
+    from rover.cli.pictures import read_picture
     from rover.cli.progress import progress
     from rover.vision.camera.file import load_camera
 

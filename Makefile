@@ -63,7 +63,7 @@ target/.native: $(BIN)/rover $(RUST_SOURCES)
 	@touch $@
 
 demo: setup
-	$(BIN)/rover run demo --rig sitl --seed $(SEED) --out $(OUT) $(if $(DATA),--data '$(DATA)')
+	$(BIN)/rover run demo --rig sitl --seed $(SEED) --out $(OUT) --force $(if $(DATA),--data '$(DATA)')
 
 $(VENV)/.dev: requirements/dev.lock $(BIN)/rover
 	@echo 'installing what tests and lint need into $(VENV)'

@@ -96,7 +96,7 @@ def verdict_of(
     }
 
 
-def write_truth(out: Path, rig: Rig, ground: Ground, seed: int, verdict: dict[str, Any]) -> None:
+def write_truth(out: Path, rig: Rig, ground: Ground, seed: int, verdict: dict[str, Any] | None) -> None:
     """truth.tum (100 Hz), truth.json (what lies where, and the verdict) and the ground that was seen, in `out`."""
     out.mkdir(parents=True, exist_ok=True)
     write_tum(out / "truth.tum", rig.truth())
@@ -120,8 +120,13 @@ def serve(options: Options) -> None:
             write_truth(options.out, rig, ground, options.seed, verdict)
         return verdict
 
+    def lost() -> None:
+        """A run whose companion died is gone on from where the rover stands now; nobody has asked for a verdict."""
+        if options.out is not None:
+            write_truth(options.out, rig, ground, options.seed, None)
+
     try:
-        server = Server(rig, options.control, finish)
+        server = Server(rig, options.control, finish, lost)
         try:
             announcement = {"port": rig.port, "control": str(options.control)}
             sys.stdout.write(json.dumps(announcement) + "\n")

@@ -6,6 +6,7 @@ import contextlib
 import select
 import socket
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from rover.errors import PreflightFailed
@@ -24,10 +25,12 @@ FIRST_WAIT_S = 600.0
 class Server:
     """Listens on a unix socket for one companion at a time."""
 
-    def __init__(self, rig: Rig, control: Path, finish: Finish) -> None:
+    def __init__(self, rig: Rig, control: Path, finish: Finish, lost: Callable[[], None] = lambda: None) -> None:
+        """`lost`: called when a companion has gone without finishing, and when the rig has ended after that."""
         self._rig = rig
         self._control = control
         self._finish = finish
+        self._lost = lost
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             with contextlib.suppress(FileNotFoundError):
@@ -50,7 +53,9 @@ class Server:
             with connection:
                 if Session(self._rig, self._finish).serve(connection):
                     return
+            self._lost()
             if not self._run_free(time.monotonic() + linger):
+                self._lost()
                 return
 
     def _run_free(self, deadline: float) -> bool:

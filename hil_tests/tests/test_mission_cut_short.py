@@ -45,7 +45,7 @@ class Mission:
         environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100", "LINES": "40"}
         with (out / "stdout").open("wb") as printed:
             self.process = subprocess.Popen(
-                [ROVER, "run", MISSION, "--seed", "1", "--out", out, "--json"],
+                [ROVER, "run", MISSION, "--seed", "1", "--out", out, "--force", "--json"],
                 stdin=subprocess.DEVNULL,
                 stdout=printed,
                 stderr=far_end,

@@ -90,7 +90,8 @@ def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float) -> Outcom
 
 def run_one(mission: str, seed: int, out: Path, data: str | None, rover: str) -> Outcome | str:
     """Runs one mission in a process of its own; a line of text says why there is no outcome."""
-    command = [rover, "run", mission, "--rig", "sitl", "--seed", str(seed), "--out", str(out), "--json", "--quiet"]
+    command = [rover, "run", mission, "--rig", "sitl", "--seed", str(seed), "--out", str(out), "--force"]
+    command += ["--json", "--quiet"]
     if data:
         command += ["--data", data]
     begin = time.monotonic()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 import zlib
 from pathlib import Path
@@ -16,11 +17,17 @@ from rover.errors import BadInput
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
 
 
+def pack_archive(arrays: dict[str, NDArray[Any]]) -> bytes:
+    """The archive as it lies on disk, uncompressed."""
+    packed = io.BytesIO()
+    np.savez(packed, **arrays)  # type: ignore[arg-type]
+    return packed.getvalue()
+
+
 def write_archive(path: Path, what: str, arrays: dict[str, NDArray[Any]]) -> None:
-    """Writes it uncompressed. Raises BadInput where the file cannot be written; `what` it is, for people."""
+    """Writes an archive. Raises BadInput where the file cannot be written; `what` it is, for people."""
     try:
-        with path.open("wb") as file:
-            np.savez(file, **arrays)  # type: ignore[arg-type]
+        path.write_bytes(pack_archive(arrays))
     except OSError as error:
         raise BadInput(f"{path}: the {what} cannot be written: {error.strerror or error}") from error
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import signal
 import sys
 from types import ModuleType, SimpleNamespace
@@ -43,7 +44,7 @@ def status(time: float) -> SimpleNamespace:
 @pytest.fixture
 def missions(monkeypatch):
     """Calls of run_mission; `during` happens inside it, `ends` is the status it ends with."""
-    calls = SimpleNamespace(given={}, during=lambda control: None, ends=RunStatus.DONE, controls=[])
+    calls = SimpleNamespace(given={}, during=lambda control: None, ends=RunStatus.DONE, controls=[], unwritten=())
 
     def run_mission(mission, **given):
         calls.given = {"mission": mission, **given}
@@ -64,6 +65,7 @@ def missions(monkeypatch):
             identities=Identities("sitl", given["seed"], "0"),
             link={"round_trip_median": float("nan")},
             out=str(given["out"]),
+            unwritten=calls.unwritten,
         )
 
     module = ModuleType("rover.mission.run")
@@ -85,10 +87,32 @@ def test_the_report_is_the_last_line(rover, missions, mission_file, tmp_path):
     assert result.out.splitlines()[-1] == str(tmp_path / "out" / "report.html")
 
 
-def test_the_default_folder_is_named_after_mission_and_seed(rover, missions, mission_file, tmp_path, monkeypatch):
+def test_the_default_folder_is_one_that_no_run_has_had(rover, missions, mission_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rover("run", mission_file('"small"', '"north/field 3"'), "--seed", 4)
-    assert str(missions.given["out"]) == "runs/north-field-3-4"
+    rover("run", mission_file('"small"', '"north/field 3"'))
+    first = missions.given["out"]
+    assert re.fullmatch(r"runs/\d{8}-\d{6}-north-field-3", str(first))
+    first.mkdir(parents=True)
+    rover("run", mission_file('"small"', '"north/field 3"'))
+    assert missions.given["out"] != first
+
+
+@pytest.mark.parametrize(("ends", "hinted"), [("partial", True), ("aborted", True), ("done", False)])
+def test_how_to_go_on_is_said_wherever_that_works(rover, missions, mission_file, tmp_path, ends, hinted):
+    missions.ends = RunStatus(ends)
+    file, out = mission_file(), tmp_path / "out"
+    hint = f"to go on: rover run {file} --resume {out}"
+    assert hint not in rover("run", file, "--out", out).out
+    out.mkdir()
+    for name in ("survey.npz", "keyframes.npz"):
+        (out / name).touch()
+    assert (hint in rover("run", file, "--out", out, "--force").out) is hinted
+
+
+def test_what_could_not_be_written_is_told(rover, missions, mission_file, tmp_path):
+    missions.unwritten = ("map.png was not written: No space left on device",)
+    result = rover("run", mission_file(), "--out", tmp_path / "out", "--quiet")
+    assert result.err == "rover: map.png was not written: No space left on device\n"
 
 
 @pytest.mark.parametrize(("ends", "code"), [("partial", 8), ("link_lost", 7), ("safety_stop", 6), ("no_path", 4)])
@@ -105,6 +129,19 @@ def test_progress_is_a_line_every_ten_seconds_when_nobody_watches(rover, mission
 
 def test_quiet_says_nothing(rover, missions, mission_file, tmp_path):
     assert rover("run", mission_file(), "--quiet", "--out", tmp_path / "out").err == ""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_request_to_end_and_a_terminal_that_hangs_up_stop_in_order(rover, missions, mission_file, tmp_path, number):
+    seen = []
+
+    def hang_up(control):
+        os.kill(os.getpid(), number)
+        seen.append((control.stop, control.emergency))
+
+    missions.during = hang_up
+    assert rover("run", mission_file(), "--out", tmp_path / "out").code == 5
+    assert seen == [(True, False)]
 
 
 def test_the_first_interrupt_stops_and_the_second_cuts_the_motors(rover, missions, mission_file, tmp_path):

@@ -27,7 +27,7 @@ MEANT = {
     (Phase.HALTED, Event.REARMED): Phase.DECIDE,
     **{(phase, Event.ASTRAY): Phase.SEEK for phase in DRIVEN if phase is not Phase.SEEK},
     **{(phase, Event.STOPPED): Phase.HALTED for phase in DRIVEN},
-    **{(phase, Event.ENDED): Phase.FINISHED for phase in (*DRIVEN, Phase.HALTED)},
+    **{(phase, Event.ENDED): Phase.FINISHED for phase in (Phase.START, *DRIVEN, Phase.HALTED)},
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from rover.link.words import StopCause
 from rover.mission.stops import MAX_REARMS, Stops
+from rover.outcome import RunStatus
 
 
 @pytest.mark.parametrize("cause", StopCause)
@@ -29,6 +30,12 @@ def test_stops_of_one_cause_do_not_count_for_another() -> None:
 @pytest.mark.parametrize("cause", [StopCause.EMERGENCY_INPUT, StopCause.LOW_BATTERY, StopCause.ENCODER_FAULT])
 def test_nobody_rearms_after_a_button_an_empty_battery_or_a_broken_encoder(cause: StopCause) -> None:
     assert cause not in MAX_REARMS
+
+
+def test_an_empty_battery_leaves_a_mission_to_go_on_with_and_anything_else_is_a_safety_stop() -> None:
+    statuses = {cause: Stops().outcome(cause).status for cause in StopCause}
+    assert statuses.pop(StopCause.LOW_BATTERY) is RunStatus.PARTIAL
+    assert set(statuses.values()) == {RunStatus.SAFETY_STOP}
 
 
 def test_a_cause_that_this_version_does_not_know_ends_the_mission() -> None:

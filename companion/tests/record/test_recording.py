@@ -15,6 +15,7 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 from rover.capture.frame import Frame
+from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.link.telemetry import WheelMotion
 from rover.record.recording import Recording, to_json
@@ -89,3 +90,22 @@ def test_a_number_that_json_lacks_becomes_null(tmp_path: Path) -> None:
 def test_what_has_no_form_in_json_is_refused(tmp_path: Path) -> None:
     with Recording(tmp_path / "x.mcap") as recording, pytest.raises(TypeError, match="/plan"):
         recording.event("/plan", 0.0, [1, 2])
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that takes nothing is a Linux thing")
+def test_a_log_that_cannot_even_begin_is_bad_input() -> None:
+    with pytest.raises(BadInput, match=r"^/dev/full: the log cannot be written: No space left on device$"):
+        Recording(Path("/dev/full"))
+
+
+def test_a_disk_that_fills_up_ends_the_log_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with Recording(tmp_path / "mission.mcap") as recording:
+        fill(recording)
+        assert recording.failure is None
+        monkeypatch.setattr(recording._writer, "add_message", full)
+        fill(recording)
+        recording.identify("firmware", {"version": "1"})
+    assert recording.failure == "the log can no longer be written: No space left on device"

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from rover.geometry import Pose2
 from rover.outcome import RunStatus
-from rover.report.geojson import geojson_name, projection, results_geojson, write_geojson
+from rover.report.geojson import geojson_name, projection, results_geojson
 from rover.report.result import DetectionResult, GoalResult, Identities, MapLayers, RunResult
 from rover.report.site import Georeference, Site
 
@@ -98,8 +96,3 @@ def test_the_bearing_turns_the_map_clockwise() -> None:
     longitude, latitude = projection(Georeference(0.0, 0.0, 90.0))(1.0, 2.0)
     assert longitude * 111_320.0 == pytest.approx(2.0, abs=1e-3)
     assert latitude * 110_574.0 == pytest.approx(-1.0, abs=1e-3)
-
-
-def test_the_file_is_what_it_says(result: RunResult, tmp_path: Path) -> None:
-    write_geojson(tmp_path / "a.geojson", result)
-    assert json.loads((tmp_path / "a.geojson").read_text()) == results_geojson(result)

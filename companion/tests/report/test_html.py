@@ -106,7 +106,7 @@ def test_ground_without_a_survey_is_told_by_reason_and_in_all(result: RunResult)
 
 def test_missing_ground_without_a_reason_is_not_hidden(result: RunResult) -> None:
     text = part(replace(result, unsurveyed=result.unsurveyed[:1]), "not-surveyed")
-    assert "no reason recorded 0.87 m²" in text
+    assert "at the border, where no whole cell of the map fits 0.87 m²" in text
 
 
 def test_invariants_are_counted_and_a_broken_one_is_told_at_the_top(result: RunResult) -> None:

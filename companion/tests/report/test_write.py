@@ -76,14 +76,21 @@ def test_the_same_run_gives_the_same_bytes_in_place_of_the_old_ones(folder: Path
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
 
+def test_a_file_that_cannot_be_written_costs_itself_alone(tmp_path: Path) -> None:
+    (tmp_path / "map.png").mkdir()  # nothing can be put in its place
+    (lost,) = write_run(make_result(), tmp_path)
+    assert lost.startswith(f"{tmp_path / 'map.png'} was not written: ")
+    assert {path.name for path in tmp_path.iterdir()} == FILES
+
+
 def test_a_write_that_fails_leaves_the_old_file_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "map.png").write_bytes(b"old")
 
-    def full(self: Path, data: bytes) -> int:
-        raise OSError("no space left on the device")
+    def full(number: int) -> None:
+        raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", full)
-    with pytest.raises(OSError, match="no space"):
-        write_run(make_result(), tmp_path)
-    assert (tmp_path / "map.png").read_bytes() == b"old"
-    assert not (tmp_path / "summary.json").exists()
+    monkeypatch.setattr("os.fsync", full)
+    lost = write_run(make_result(), tmp_path)
+    assert len(lost) == len(FILES)
+    assert all(line.endswith("was not written: No space left on device") for line in lost)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"map.png": b"old"}

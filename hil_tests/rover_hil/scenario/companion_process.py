@@ -41,7 +41,7 @@ class CompanionProcess:
         self.armed_at: float | None = None
         self.out = out
         command = [sys.executable, "-m", __name__, port, str(control), str(mission)]
-        command += ["--rig", rig, "--seed", str(seed), "--out", str(out), "--quiet"]
+        command += ["--rig", rig, "--seed", str(seed), "--out", str(out), "--force", "--quiet"]
         self._log = out / "companion.log"
         with self._log.open("wb") as said:
             self._process = subprocess.Popen(

@@ -1,4 +1,7 @@
-"""Ctrl-C during a mission: the first stops it in order, the second cuts the motors, the third ends the program."""
+"""Ctrl-C during a mission: the first stops it in order, the second cuts the motors, the third ends the program.
+
+A request to end, or a terminal that has gone away, stops it in order, too.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ class Stoppable(Protocol):
 
 @contextmanager
 def operator_signals(control: Stoppable, say: Callable[[str], None]) -> Iterator[None]:
-    """Turns SIGINT and SIGTERM into `control` while the block runs; `say` tells the operator what was understood."""
+    """Turns SIGINT, SIGTERM and SIGHUP into `control` while the block runs; `say` tells what was understood."""
 
     def on_interrupt(_: int, __: FrameType | None) -> None:
         if control.emergency:
@@ -35,7 +38,11 @@ def operator_signals(control: Stoppable, say: Callable[[str], None]) -> Iterator
 
     before = [
         (number, signal.signal(number, handler))
-        for number, handler in ((signal.SIGINT, on_interrupt), (signal.SIGTERM, on_terminate))
+        for number, handler in (
+            (signal.SIGINT, on_interrupt),
+            (signal.SIGTERM, on_terminate),
+            (signal.SIGHUP, on_terminate),
+        )
     ]
     try:
         yield

@@ -20,7 +20,7 @@ UNEXPECTED = 1
 HELP = """A landmine-detection rover: run missions, and use each of their parts by itself.
 
 Exit codes: 0 done, 1 unexpected error, 2 usage or bad input, 3 pre-flight failed, 4 no path, 5 ended by the
-operator, 6 safety stop, 7 link lost, 8 partial.
+operator, 6 safety stop, 7 link lost, 8 partial, can be resumed.
 
 \b
 Examples:

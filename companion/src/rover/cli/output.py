@@ -41,7 +41,7 @@ def _write(stream: TextIO, text: str) -> None:
         encoding = stream.encoding or "ascii"
         stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
         stream.flush()
-    except BrokenPipeError:
+    except OSError:  # a closed pipe, a terminal that has hung up
         silence(stream)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +10,7 @@ import typer
 
 from rover.cli.interrupt import operator_signals
 from rover.cli.live import MissionView
-from rover.cli.output import write_json, write_text
+from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 from rover.link.rig import RigName, TransportName
 
@@ -22,15 +22,19 @@ HELP = """Drive a mission, start to report.
 
 MISSION is a TOML file, or the name of a mission that ships (demo). On a real rover (--rig device) a pre-flight check
 comes first, one line on stderr for each thing; nothing moves when one of them fails. The first Ctrl-C is a controlled
-stop, the second an emergency stop. The exit code tells how it ended: 0 done, 3 pre-flight failed, 4 no path, 5 ended by
-the operator, 6 safety stop, 7 link lost, 8 partial.
+stop, and so is a terminal that hangs up; the second is an emergency stop. The exit code tells how it ended: 0 done, 3
+pre-flight failed, 4 no path, 5 ended by the operator, 6 safety stop, 7 link lost, 8 partial, can be resumed.
+
+Every run has a folder of its own, made once the pre-flight check has passed. What --resume needs is written every few
+seconds: a run that was cut off is gone on from, too.
 
 \b
 Examples:
   rover run demo
   rover run demo --seed 3 --out runs/third
   rover run demo --transport can
-  rover run demo --resume runs/demo-1 --out runs/demo-1-more
+  rover run demo --out runs/morning
+  rover run demo --resume runs/morning --out runs/noon
   rover run field.toml --data ~/pictures --quiet
   rover run field.toml --rig device --port /dev/ttyACM0 --camera-source v4l2:/dev/video0
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
@@ -53,8 +57,9 @@ def command(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Fixes the simulated field and everything else random.")] = 1,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the run.  [default: runs/<mission>-<seed>]")
+        Path | None, typer.Option(metavar="DIR", help="Folder of the run, new or empty.  [default: runs/DATE-TIME-…]")
     ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the run that is in --out; other files stay.")] = False,
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
     ] = None,
@@ -67,11 +72,13 @@ def command(
 ) -> int:
     """See HELP."""
     from rover.mission.config import load
+    from rover.mission.run_folder import check_free, new_folder
 
     loaded = load(mission)
     if data is not None and not data.is_dir():
         raise BadInput(f"--data {data}: no such folder")
-    folder = _folder(out, loaded.name + ("" if resume is None else "-resumed"), seed)
+    folder = out if out is not None else new_folder(loaded.name, datetime.now())
+    check_free(folder, force)
     beginning = "looking at rover and camera" if rig is RigName.DEVICE else "laying the field and starting the rig"
     view = MissionView(f"{loaded.name}, rig {rig.value}, seed {seed}", quiet, beginning=beginning)
 
@@ -88,16 +95,19 @@ def command(
             camera_source=camera_source,
             seed=seed,
             out=folder,
+            force=force,
             data=data,
             resume=resume,
             on_status=view.show,
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,
         )
+    for line in result.unwritten:
+        say(line)
     if as_json:
         write_json(result.summary())
     else:
-        write_text(summary_text(result, folder / "report.html"))
+        write_text(summary_text(result, folder / "report.html", mission))
     return result.exit_code
 
 
@@ -106,8 +116,9 @@ def finding_line(finding: Finding) -> str:
     return f"{'ok' if finding.ok else 'FAILED':<7}{finding.name:<16}{finding.detail}"
 
 
-def summary_text(result: RunResult, report: Path) -> str:
-    """A few lines for a person; the last is the path of the report."""
+def summary_text(result: RunResult, report: Path, mission: str) -> str:
+    """A few lines for a person; the last is the path of the report. `mission`: as it was given to the command."""
+    from rover.mission.former_run import can_go_on_from
     from rover.outcome import RunStatus
 
     goals = sum(goal.reached for goal in result.goals)
@@ -120,7 +131,7 @@ def summary_text(result: RunResult, report: Path) -> str:
     ]
     lines += [
         f"  {d.id}: {d.kind}, p {d.p:.2f}, at {d.x:.2f}, {d.y:.2f} m ± {d.sigma:.2f} m"
-        + ("" if d.inspected else f", not inspected: {d.why_not or 'no reason given'}")
+        + ("" if d.inspected else f", not inspected: {d.why_not}")
         for d in result.detections
     ]
     if result.found is not None:
@@ -137,20 +148,10 @@ def summary_text(result: RunResult, report: Path) -> str:
         lines.append(
             "collisions, keep-out violations and unseen ground driven on: not known, nobody counts on a real field"
         )
-    if result.status is RunStatus.PARTIAL:
-        lines.append(f"to go on: rover run MISSION --resume {report.parent}")
+    if result.status is not RunStatus.DONE and can_go_on_from(report.parent):
+        lines.append(f"to go on: rover run {mission} --resume {report.parent}")
     return "\n".join([*lines, str(report)])
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
-
-
-def _folder(out: Path | None, mission: str, seed: int) -> Path:
-    """The run's folder, by default named after mission and seed. Raises BadInput before anything has started."""
-    name = re.sub(r"[^\w.-]+", "-", mission).strip("-.") or "mission"
-    folder = out if out is not None else Path("runs") / f"{name}-{seed}"
-    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
-    if not there.is_dir():
-        raise BadInput(f"--out {folder}: cannot be made a folder: {there} is a file")
-    return folder

@@ -20,7 +20,7 @@ Nothing moves. Exit code 3 when nothing answers, 7 when the link breaks while as
 Examples:
   rover status --port /dev/ttyACM0
   rover status --port can:socketcan:can0          a CAN bus, as python-can names it: can:INTERFACE:CHANNEL
-  rover status --port "$(jq -r .port runs/demo-1/rig.json)"      a simulated rig that lost its companion
+  rover status --port "$(jq -r .port runs/demo/rig.json)"        a simulated rig that lost its companion
   rover status --port /dev/ttyACM0 --json | jq -r .cause
 """
 

@@ -34,7 +34,7 @@ Examples:
   rover track frames --camera camera.toml
   rover track frames --camera camera.toml --json | jq '.poses[-1]'
   rover track frames --camera lepton-160 --ground-plane
-  rover track frames --camera lepton-160 --ground-plane --map runs/demo-1
+  rover track frames --camera lepton-160 --ground-plane --map runs/demo
 """
 
 

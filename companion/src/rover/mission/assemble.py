@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.link.statistics import LinkFigures
 from rover.mission.freespace import disc_mask
-from rover.mission.goals import GoalState
+from rover.mission.goals import Goal, GoalState
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.outcome import RunStatus
@@ -79,7 +79,7 @@ def assemble(
                 y=goal.y,
                 reached=goal.state is GoalState.INSPECTED,
                 kind=GoalKind.OPERATOR if goal.place_id is None else GoalKind.INSPECTION,
-                reason=goal.reason,
+                reason="" if goal.state is GoalState.INSPECTED else _why_not(survey, goal),
                 time=None if goal.inspected_at is None else goal.inspected_at - start,
             )
             for number, goal in enumerate(survey.goals, start=1)
@@ -116,12 +116,20 @@ def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
                 zone_radius=survey.mission.detector.keepout_radius,
                 first_seen=max(place.first_seen - start, 0.0),
                 inspected=inspected,
-                why_not="" if inspected or goal is None else (goal.reason or "the mission ended before"),
+                why_not="" if inspected else _why_not(survey, goal),
                 probabilities=dict(place.p),
                 thumbnail=_cut(survey, place.x, place.y),
             )
         )
     return tuple(results)
+
+
+def _why_not(survey: Survey, goal: Goal | None) -> str:
+    """Why a goal, or an indication without one, was not inspected."""
+    if goal is not None and goal.reason:
+        return goal.reason
+    assert survey.outcome is not None
+    return f"the mission ended before ({survey.outcome.reason})"
 
 
 def _cut(survey: Survey, x: float, y: float) -> NDArray[np.float32] | None:

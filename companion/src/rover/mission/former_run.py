@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.archive_file import UNREADABLE, damaged, read_archive, write_archive
+from rover.archive_file import UNREADABLE, damaged, pack_archive, read_archive
 from rover.detection.place import Place
 from rover.errors import BadInput
 from rover.mission.config import Mission
 from rover.mission.goals import Goal, GoalState
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import FILE_NAME as KEYFRAMES
-from rover.vision.localization.keyframe_map import KeyframeMap, load_map, save_map
+from rover.vision.localization.keyframe_map import KeyframeMap, load_map, map_arrays
 
 if TYPE_CHECKING:
     from rover.mission.survey import Survey
@@ -51,13 +51,12 @@ class FormerRun:
     released: set[int]
 
 
-def save_run(folder: Path, survey: Survey) -> None:
-    """Both files; none where nothing was seen. The same run gives the same bytes. Raises BadInput."""
+def pack_run(survey: Survey) -> dict[str, bytes]:
+    """Content of both files by name; none where nothing was seen. The same run gives the same bytes."""
     perception = survey.perception
     known = perception.localizer.map
     if not known.frames:
-        return
-    save_map(folder / KEYFRAMES, known, perception.camera)
+        return {}
     content = {
         "version": VERSION,
         "area": [survey.mission.area.width, survey.mission.area.height],
@@ -69,7 +68,12 @@ def save_run(folder: Path, survey: Survey) -> None:
     arrays = {f"layer_{name}": layer for name, layer in perception.grid.layers().items()}
     arrays["looks"] = survey.coverage.looks
     arrays["content"] = np.frombuffer(json.dumps(content).encode(), np.uint8)
-    write_archive(folder / SURVEY, WHAT, arrays)
+    return {KEYFRAMES: pack_archive(map_arrays(known, perception.camera)), SURVEY: pack_archive(arrays)}
+
+
+def can_go_on_from(folder: Path) -> bool:
+    """True when the folder holds what a next run goes on from."""
+    return all((folder / name).is_file() for name in FILES)
 
 
 def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:

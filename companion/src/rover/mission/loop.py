@@ -67,7 +67,9 @@ class MissionLoop:
         on_status: Callable[[Status], None] | None,
         control: Control,
         seed: int,
+        keep: Callable[[float], str | None] = lambda now: None,
     ) -> None:
+        """`keep`: called every cycle to keep what has been learned; says why it can't, which ends the mission."""
         self.survey = survey
         self.rig = rig
         self.track = Track()
@@ -75,6 +77,7 @@ class MissionLoop:
         self.link = Link(rig.transport, rig, session=seed & 0xFFFF, tap=journal.link)
         self._on_status = on_status
         self._control = control
+        self._keep = keep
         self._status_due = 0.0
         self._begin = time.monotonic()
         self._noted = 0
@@ -126,6 +129,9 @@ class MissionLoop:
         orders = self.survey.step(now, telemetry, frames, self.link.state)
         self._carry_out(orders)
         self._record(now, bool(frames))
+        trouble = self._keep(now)
+        if trouble is not None:
+            self.survey.abort(Outcome(RunStatus.PARTIAL, trouble))
         if self._on_status is not None and now >= self._status_due:
             self._status_due = now + STATUS_PERIOD
             self._on_status(self._status(now))

@@ -83,7 +83,7 @@ TABLE: dict[Event, tuple[Phase | None, ...]] = {
     Event.PLACED:    (NONE,   NONE,   DECIDE, NONE,   NONE,    NONE,    NONE,   NONE),
     Event.STOPPED:   (NONE,   HALTED, HALTED, HALTED, HALTED,  HALTED,  NONE,   NONE),
     Event.REARMED:   (NONE,   NONE,   NONE,   NONE,   NONE,    NONE,    DECIDE, NONE),
-    Event.ENDED:     (NONE,   FINISH, FINISH, FINISH, FINISH,  FINISH,  FINISH, NONE),
+    Event.ENDED:     (FINISH, FINISH, FINISH, FINISH, FINISH,  FINISH,  FINISH, NONE),
 }  # fmt: skip
 
 

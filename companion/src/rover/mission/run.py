@@ -28,9 +28,10 @@ from rover.link.self_test import Finding
 from rover.link.statistics import LinkFigures
 from rover.mission.assemble import assemble
 from rover.mission.begin import begin
+from rover.mission.checkpoint import Checkpoint
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
-from rover.mission.former_run import load_run, save_run
+from rover.mission.former_run import load_run, pack_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, origin_of
 from rover.mission.run_folder import RunFolder
@@ -38,9 +39,9 @@ from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
-from rover.record.tum import write_tum
+from rover.record.tum import tum_lines
 from rover.report.result import Identities, RealTime, RunResult, WallClock
-from rover.report.write import write_run
+from rover.report.write import write_or_tell, write_run
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
@@ -69,20 +70,29 @@ class _Prepared:
     rig: str
     transport: str
     seed: int
-    out: Path
+    folder: RunFolder
     on_status: Callable[[Status], None] | None
     control: Control
     resume: Path | None
 
     def drive(self, rig: Rig, recording: Recording) -> Driven:
         """The whole mission on a rig, into a log."""
-        run = MissionLoop(self.survey, rig, recording, self.on_status, self.control, self.seed)
-        try:
-            run.drive()
-        except BaseException:  # a full disk, a mistake of ours: nobody plans for the rover from here on
-            with suppress(Exception):
-                run.link.stop()
-            raise
+        with Checkpoint(self.survey, self.folder.path) as checkpoint:
+            run = MissionLoop(
+                self.survey,
+                rig,
+                recording,
+                self.on_status,
+                self.control,
+                self.seed,
+                keep=lambda now: recording.failure or checkpoint.keep(now),
+            )
+            try:
+                run.drive()
+            except BaseException:  # a mistake of ours: nobody plans for the rover from here on
+                with suppress(Exception):
+                    run.link.stop()
+                raise
         referee = run.judge()
         recording.identify("firmware", _firmware(run.link.identity))
         return Driven(run.track, run.link.identity, run.link.figures(), referee)
@@ -90,7 +100,7 @@ class _Prepared:
     def recording(self, more: Mapping[str, str] | None = None) -> Recording:
         """The log, with what the run is made from."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
-        recording = Recording(self.out / "mission.mcap", {**origin, **(more or {})})
+        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})})
         attach_files(recording, self.mission, self.resume)
         return recording
 
@@ -104,6 +114,7 @@ def run_mission(
     camera_source: str | None = None,
     seed: int = 1,
     out: Path,
+    force: bool = False,
     data: Path | None = None,
     resume: Path | None = None,
     on_status: Callable[[Status], None] | None = None,
@@ -112,11 +123,12 @@ def run_mission(
 ) -> RunResult:
     """One whole mission; its folder `out` is complete when this returns, however the mission ended.
 
+    `out`: new or empty; with `force` what an earlier run left there goes once the pre-flight check has passed. When
+    that fails, nothing is made and nothing is gone. What could not be written is named in the result.
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
-    Raises BadInput for what the user can correct and PreflightFailed when the rover may not start; `out` is then as it
-    was before.
+    Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
     """
     if rig not in [name.value for name in RigName]:
         raise BadInput(f"--rig {rig}: not known; there is {', '.join(name.value for name in RigName)}")
@@ -139,40 +151,46 @@ def run_mission(
     if resume is not None and resume.resolve() == out.resolve():
         raise BadInput(f"--out {out}: the run to go on from is there; name another folder")
     former = load_run(resume, mission, camera) if resume is not None else None
-    with RunFolder(out) as folder:
-        classifier = Classifier(mission.detector.model or default_model())
-        survey = begin(mission, camera, classifier, seed, former)
+    classifier = Classifier(mission.detector.model or default_model())
+    survey = begin(mission, camera, classifier, seed, former)
+    with RunFolder(out, force) as folder:
         prepared = _Prepared(
-            mission, survey, classifier, camera, rig, transport, seed, out, on_status, control or Control(), resume
+            mission, survey, classifier, camera, rig, transport, seed, folder, on_status, control or Control(), resume
         )
         started = time.monotonic()
         real_time = None
         if rig == DEVICE:
-            driven, real_time = _on_device(prepared, folder, port, camera_source, on_finding)
+            driven, real_time = _on_device(prepared, port, camera_source, on_finding)
         else:
-            driven = _on_simulated(prepared, folder, data)
+            driven = _on_simulated(prepared, data)
         wall = time.monotonic() - started
         assert survey.outcome is not None
         identities = _with_firmware(_identities(mission, rig, seed, classifier), driven.firmware)
         result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-        write_tum(out / "trajectory.tum", driven.track.fused)
-        write_run(result, out)
-        save_run(out, survey)
-        return result
+        # What a next run goes on from comes first: the report can be made again, the drive cannot.
+        lost = [write_or_tell(out / name, content) for name, content in pack_run(survey).items()]
+        lost += [write_or_tell(out / "trajectory.tum", tum_lines(driven.track.fused).encode()), *write_run(result, out)]
+        return replace(result, unwritten=tuple(line for line in lost if line is not None))
 
 
-def _on_simulated(prepared: _Prepared, folder: RunFolder, data: Path | None) -> Driven:
+def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
     """In virtual time, on a rig that is started for it."""
-    mission, out = prepared.mission, prepared.out
+    mission, folder = prepared.mission, prepared.folder
     options = RigOptions(
-        mission.path, prepared.rig, prepared.seed, out, data, transport=prepared.transport, former=prepared.resume
+        mission.path,
+        prepared.rig,
+        prepared.seed,
+        folder.path,
+        data,
+        transport=prepared.transport,
+        former=prepared.resume,
     )
-    process = start_rig(options, folder.starting_log)
+    process = start_rig(options, folder.rig_log)
     try:
-        folder.begin()
-        (out / "rig.json").write_text(
+        folder.accept()
+        (folder.path / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
         with prepared.recording() as recording:
@@ -185,16 +203,12 @@ def _on_simulated(prepared: _Prepared, folder: RunFolder, data: Path | None) -> 
 
 
 def _on_device(
-    prepared: _Prepared,
-    folder: RunFolder,
-    port: str | None,
-    camera_source: str | None,
-    on_finding: Callable[[Finding], None],
+    prepared: _Prepared, port: str | None, camera_source: str | None, on_finding: Callable[[Finding], None]
 ) -> tuple[Driven, RealTime]:
     """In real time, on a rover and a camera that are there."""
     with opened(prepared.mission, port, camera_source) as device:
-        check(device, prepared.mission, prepared.camera, prepared.out, prepared.seed, on_finding)
-        folder.begin()
+        check(device, prepared.mission, prepared.camera, prepared.folder.path, prepared.seed, on_finding)
+        prepared.folder.accept()
         wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
         with prepared.recording(wire) as recording:
             rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)

@@ -1,57 +1,116 @@
-"""The folder of a run: complete when the rover may set off, as it was before when it may not."""
+"""The folder of a run: its own, locked while the run lasts, and never at the cost of what lay there before.
+
+Nothing that a run may leave is deleted or made before its pre-flight check has passed.
+"""
 
 from __future__ import annotations
 
+import fcntl
+import os
+import re
+from datetime import datetime
 from pathlib import Path
-from types import TracebackType
 
 from rover.errors import BadInput
 from rover.mission.former_run import FILES as FORMER_FILES
 from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 
+RUNS = Path("runs")
 RIG_LOG = "rig.log"
-WRITTEN = (
-    "mission.mcap", "summary.json", "report.html", "map.png", WORLD_FILE, LOCAL_FILE, "trajectory.tum", *FORMER_FILES,
-    "truth.tum", "truth.json", "truth_seen.npz", "rig.json", RIG_LOG,
-)  # fmt: skip
-"""Files that a run leaves in its folder, or some of them."""
+# What the rig says until the pre-flight check has passed.
+_RIG_LOG_BEFORE = ".rig.log.part"
+
+# All that a run may leave: with --force these go, and nothing else.
+RUN_FILES = (
+    "mission.mcap",
+    "summary.json",
+    "report.html",
+    "map.png",
+    WORLD_FILE,
+    LOCAL_FILE,
+    "trajectory.tum",
+    *FORMER_FILES,
+    "truth.tum",
+    "truth.json",
+    "truth_seen.npz",
+    "rig.json",
+    RIG_LOG,
+)
+
+
+def new_folder(mission: str, now: datetime) -> Path:
+    """A name that no run has had: date, time and mission. `now`: local time."""
+    name = re.sub(r"[^\w.-]+", "-", mission).strip("-.") or "mission"
+    stem = f"{now:%Y%m%d-%H%M%S}-{name}"
+    names = (stem if number == 1 else f"{stem}-{number}" for number in range(1, 10_000))
+    return next(RUNS / each for each in names if not (RUNS / each).exists())
+
+
+def check_free(path: Path, force: bool) -> None:
+    """Raises BadInput for a path that is no folder, or holds something and is not to be written over."""
+    if path.exists() and not path.is_dir():
+        raise BadInput(f"--out {path}: cannot be made a folder: a file is there")
+    if path.is_dir() and not force and any(entry.name != _RIG_LOG_BEFORE for entry in path.iterdir()):
+        raise BadInput(f"--out {path}: is not empty; name a new folder, or replace the run that is there by --force")
 
 
 class RunFolder:
-    """Makes the folder; what was made goes again when an error comes before `begin`. Raises BadInput."""
+    """Use it as a context manager: without `accept` all is afterwards as it was before."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, force: bool = False) -> None:
+        """Claims the folder. `force`: what an earlier run left there may go.
+
+        Raises BadInput for a folder that cannot be made, holds something, or belongs to a run that still lasts.
+        """
         self.path = path
-        self._made: list[Path] = []
-        self._begun = False
+        self._accepted = False
+        self._made = [folder for folder in (path, *path.parents) if not folder.exists()]
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            self._lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+        except OSError as error:
+            raise BadInput(f"--out {path}: cannot be made a folder: {error.strerror or error}") from error
+        try:
+            self._check(force)
+        except BaseException:
+            self._release()
+            raise
+
+    def _check(self, force: bool) -> None:
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise BadInput(f"--out {self.path}: another run is writing there; name another folder") from None
+        check_free(self.path, force)
 
     def __enter__(self) -> RunFolder:
-        self._made = [folder for folder in (self.path, *self.path.parents) if not folder.exists()]
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BadInput(f"--out {self.path}: cannot be made a folder: {error.strerror or error}") from error
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._begun:
-            return
-        self.starting_log.unlink(missing_ok=True)
-        for folder in self._made:  # the innermost first
-            if not any(folder.iterdir()):
-                folder.rmdir()
+    def __exit__(self, *_: object) -> None:
+        if not self._accepted:
+            self._unmake()
+        self._release()
 
     @property
-    def starting_log(self) -> Path:
-        """What a rig says goes here until `begin`, then into RIG_LOG."""
-        return self.path / f".{RIG_LOG}"
+    def rig_log(self) -> Path:
+        """Where a simulated rig's messages go."""
+        return self.path / (RIG_LOG if self._accepted else _RIG_LOG_BEFORE)
 
-    def begin(self) -> None:
-        """The rover may set off: files of an earlier run in this folder must not be taken for this one's."""
-        self._begun = True
-        for name in WRITTEN:
+    def accept(self) -> None:
+        """The pre-flight check has passed: what an earlier run left goes, and this one's files may be made."""
+        for name in RUN_FILES:
             (self.path / name).unlink(missing_ok=True)
-        if self.starting_log.exists():
-            self.starting_log.rename(self.path / RIG_LOG)
+        if self.rig_log.exists():
+            os.replace(self.rig_log, self.path / RIG_LOG)
+        self._accepted = True
+
+    def _unmake(self) -> None:
+        self.rig_log.unlink(missing_ok=True)
+        for folder in self._made:
+            try:
+                folder.rmdir()
+            except OSError:  # somebody has put something there meanwhile
+                return
+
+    def _release(self) -> None:
+        os.close(self._lock)

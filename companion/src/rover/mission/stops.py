@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from rover.link.words import StopCause
+from rover.outcome import Outcome, RunStatus
 
 # Stops of one cause after which the rover is armed again; of a cause that is not named here, none.
 MAX_REARMS: dict[str, int] = {
@@ -14,6 +15,9 @@ MAX_REARMS: dict[str, int] = {
     StopCause.DEAD_MAN: 3,
     StopCause.STALL: 3,
 }
+
+# Causes after which the field can be gone on with once the rover has been looked after.
+RESUMABLE = (StopCause.LOW_BATTERY,)
 
 # Seconds between the latch and the new arming: the rover has come to rest and the pose has settled.
 REARM_DELAY_S = 0.4
@@ -28,6 +32,11 @@ class Stops:
     def add(self, cause: str) -> None:
         """One more."""
         self._counts[cause] += 1
+
+    def outcome(self, cause: str) -> Outcome:
+        """How a mission ends that does not go on after a stop of this cause."""
+        status = RunStatus.PARTIAL if cause in RESUMABLE else RunStatus.SAFETY_STOP
+        return Outcome(status, f"the firmware stopped the rover: {cause}")
 
     def too_many(self, cause: str) -> bool:
         """True when the mission must not go on after another stop of this cause."""

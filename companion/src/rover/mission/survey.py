@@ -94,6 +94,9 @@ class Survey:
         if self.outcome is not None or firmware is None:
             return Orders()
         if self.phase is Phase.START:
+            if self._end is not None:  # nobody is armed who has been told to stop
+                self._finish(now, self._end)
+                return Orders()
             self._happen(Event.CONNECTED, now)
             return Orders(arm=True)
         stopped = firmware.state in (MotorState.STOPPING, MotorState.LATCHED, MotorState.DISARMED)
@@ -264,7 +267,7 @@ class Survey:
         elif self._end is not None:
             self._finish(now, self._end)
         elif self._stops.too_many(firmware.cause):
-            self._finish(now, Outcome(RunStatus.SAFETY_STOP, f"the firmware stopped the rover: {firmware.cause}"))
+            self._finish(now, self._stops.outcome(firmware.cause))
         else:
             self._since = now
             return Orders(arm=True)

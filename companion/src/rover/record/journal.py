@@ -38,6 +38,9 @@ JSON_TYPES: dict[Any, str] = {float: "number", int: "integer", str: "string", bo
 class Journal(ABC):
     """Makes messages of what a run does. Times are seconds of the mission's clock."""
 
+    # Why nothing more is written down, None while all is well.
+    failure: str | None = None
+
     @abstractmethod
     def put_protobuf(self, topic: str, time: float, message: Message) -> None:
         """Takes a message of one of Foxglove's schemas."""

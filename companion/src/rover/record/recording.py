@@ -7,7 +7,8 @@ its last chunk.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -16,6 +17,7 @@ from google.protobuf.message import Message
 from mcap.writer import CompressionType, Writer
 from mcap_protobuf.schema import register_schema
 
+from rover.errors import BadInput
 from rover.record.journal import Journal, json_schema, to_json
 
 LIBRARY = "rover"
@@ -32,13 +34,19 @@ class Recording(Journal):
     """Writes one MCAP file; use it as a context manager. Times are seconds of the mission's clock."""
 
     def __init__(self, path: Path, metadata: Mapping[str, str] | None = None) -> None:
-        """`metadata`: what identifies the run (mission, seed, versions); no wall-clock times, please."""
-        self._stream = path.open("wb")
-        self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
-        self._writer.start(profile="", library=LIBRARY)
-        if metadata:
-            self.identify("mission", metadata)
-        self._stream.flush()
+        """`metadata`: what identifies the run (mission, seed, versions); no wall-clock times, please.
+
+        Raises BadInput where no file can be written at all.
+        """
+        try:
+            self._stream = path.open("wb")
+            self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
+            self._writer.start(profile="", library=LIBRARY)
+            if metadata:
+                self.identify("mission", metadata)
+            self._stream.flush()
+        except OSError as error:
+            raise BadInput(f"{path}: the log cannot be written: {error.strerror or error}") from error
         self._channels: dict[str, int] = {}
         self._sequences: dict[str, int] = {}
         self._flush_due = FLUSH_PERIOD
@@ -56,16 +64,28 @@ class Recording(Journal):
         """Writes index and footer. May be called twice."""
         if self._open:
             self._open = False
-            self._writer.finish()
-            self._stream.close()
+            with self._failing():
+                self._writer.finish()
+            with self._failing():
+                self._stream.close()
+
+    @contextmanager
+    def _failing(self) -> Iterator[None]:
+        """A disk that takes no more costs the rest of the log, not the mission."""
+        try:
+            yield
+        except OSError as error:
+            self.failure = self.failure or f"the log can no longer be written: {error.strerror or error}"
 
     def identify(self, name: str, values: Mapping[str, str]) -> None:
         """A record of metadata: who was at work."""
-        self._writer.add_metadata(name, {key: values[key] for key in sorted(values)})
+        with self._failing():
+            self._writer.add_metadata(name, {key: values[key] for key in sorted(values)})
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
         """A whole file that the run was made from."""
-        self._writer.add_attachment(0, 0, name, media_type, content)
+        with self._failing():
+            self._writer.add_attachment(0, 0, name, media_type, content)
 
     def put_protobuf(self, topic: str, time: float, message: Message) -> None:
         """See Journal."""
@@ -93,10 +113,13 @@ class Recording(Journal):
         self._add(topic, channel, time, data)
 
     def _add(self, topic: str, channel: int, time: float, data: bytes) -> None:
+        if self.failure is not None:
+            return
         sequence = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence + 1
         stamp = round(time * 1e9)
-        self._writer.add_message(channel, stamp, data, stamp, sequence & 0xFFFF_FFFF)
-        if time >= self._flush_due:
-            self._stream.flush()
-            self._flush_due = time + FLUSH_PERIOD
+        with self._failing():
+            self._writer.add_message(channel, stamp, data, stamp, sequence & 0xFFFF_FFFF)
+            if time >= self._flush_due:
+                self._stream.flush()
+                self._flush_due = time + FLUSH_PERIOD

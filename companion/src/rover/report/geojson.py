@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
-from rover.record.strict_json import document
 from rover.report.result import DetectionResult, GoalResult, RunResult, detection_json, goal_json
 from rover.report.site import Georeference
 
@@ -81,11 +79,6 @@ def results_geojson(result: RunResult) -> dict[str, Any]:
 def geojson_name(result: RunResult) -> str:
     """Name of the file of results: one that holds metres must not be taken for a map of the world."""
     return LOCAL_FILE if result.site.origin is None else WORLD_FILE
-
-
-def write_geojson(path: Path, result: RunResult) -> None:
-    """Writes the results of a run."""
-    path.write_text(document(results_geojson(result), indent=1), encoding="utf-8")
 
 
 def _detection(detection: DetectionResult, project: Project) -> dict[str, Any]:

@@ -221,6 +221,8 @@ class RunResult:
     wall_clock: WallClock | None = None
     real_time: RealTime | None = None
     out: str = ""
+    # What could not be written, a line each.
+    unwritten: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:

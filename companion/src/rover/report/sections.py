@@ -10,7 +10,6 @@ from rover.report.result import DetectionResult, GoalKind, GoalResult, RunResult
 
 CLASS_WORDS = {"surface": "mine-like, on the surface", "buried": "mine-like, buried"}
 GOAL_SETTERS = {GoalKind.OPERATOR: "operator", GoalKind.INSPECTION: "rover, to inspect an indication"}
-NO_REASON = "no reason recorded"
 # m²; differences of areas below this are rounding.
 MIN_AREA = 0.005
 
@@ -52,7 +51,7 @@ def _indication(detection: DetectionResult) -> tuple[Html, ...]:
     if detection.thumbnail is not None and detection.thumbnail.size:
         png = png_bytes(thumbnail(detection.thumbnail))
         image = picture(png, f"thermal picture of indication {detection.id}", "thumbnail")
-    inspected = "yes" if detection.inspected else f"no: {detection.why_not or NO_REASON}"
+    inspected = "yes" if detection.inspected else f"no: {detection.why_not}"
     return (
         tag("span", text(detection.id), "id"),
         image or text("none"),
@@ -76,7 +75,7 @@ def goals(result: RunResult) -> Html:
 
 def _goal(goal: GoalResult) -> tuple[Html, ...]:
     at = "" if goal.time is None else f", at {clock(goal.time)}"
-    reached = text(f"yes{at}") if goal.reached else join((tag("b", text("no: ")), text(goal.reason or NO_REASON)))
+    reached = text(f"yes{at}") if goal.reached else join((tag("b", text("no: ")), text(goal.reason)))
     return (
         text(f"G{goal.id}" if goal.kind is GoalKind.OPERATOR else goal.id),
         text(GOAL_SETTERS[goal.kind]),
@@ -92,7 +91,7 @@ def not_surveyed(result: RunResult) -> Html:
     parts = [(part.area, part.reason) for part in result.unsurveyed]
     unexplained = missing - sum(size for size, _ in parts)
     if unexplained > MIN_AREA:
-        parts.append((unexplained, NO_REASON))
+        parts.append((unexplained, "at the border, where no whole cell of the map fits"))
     rows = [(text(reason), text(f"{size:.2f} m²"), text(share(size, area))) for size, reason in parts]
     total = (tag("b", text("Together")), tag("b", text(f"{missing:.2f} m²")), tag("b", text(share(missing, area))))
     return section(

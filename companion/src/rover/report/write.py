@@ -2,38 +2,40 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
 from pathlib import Path
 
 from rover.record.strict_json import document
-from rover.report.geojson import geojson_name, write_geojson
+from rover.report.geojson import geojson_name, results_geojson
 from rover.report.html import report_html
 from rover.report.map_plot import draw_map, png_bytes
 from rover.report.result import RunResult
+from rover.whole_file import write_whole
 
 
-def write_run(result: RunResult, out: Path) -> None:
+def write_run(result: RunResult, out: Path) -> tuple[str, ...]:
     """Writes map, results for a GIS, report.html and, last, summary.json into the folder `out`, made if missing.
 
-    A file is there complete or not at all, and who sees summary.json may rely on the others. The log and the
-    trajectory are written by who ran the mission. Raises OSError.
+    A file is there complete or not at all, and who sees summary.json may rely on the others but for those that could
+    not be written: each of these is returned as one line with the reason. The log and the trajectory are written by
+    who ran the mission.
     """
     out.mkdir(parents=True, exist_ok=True)
     map_png = png_bytes(draw_map(result))
-    _replace(out / "map.png", map_png)
-    geojson = out / geojson_name(result)
-    write_geojson(_temporary(geojson), result)
-    os.replace(_temporary(geojson), geojson)
-    _replace(out / "report.html", report_html(result, map_png).encode("utf-8"))
-    _replace(out / "summary.json", document(result.summary()).encode("utf-8"))
+    files: dict[str, Callable[[], bytes]] = {
+        "map.png": lambda: map_png,
+        geojson_name(result): lambda: document(results_geojson(result), indent=1).encode("utf-8"),
+        "report.html": lambda: report_html(result, map_png).encode("utf-8"),
+        "summary.json": lambda: document(result.summary()).encode("utf-8"),
+    }
+    lost = (write_or_tell(out / name, content()) for name, content in files.items())
+    return tuple(line for line in lost if line is not None)
 
 
-def _replace(path: Path, data: bytes) -> None:
-    temporary = _temporary(path)
-    temporary.write_bytes(data)
-    os.replace(temporary, path)
-
-
-def _temporary(path: Path) -> Path:
-    """Beside the file itself: a rename is atomic only within a file system."""
-    return path.with_name(f".{path.name}.part")
+def write_or_tell(path: Path, data: bytes) -> str | None:
+    """Writes one file; one line that says why when it cannot be written."""
+    try:
+        write_whole(path, data)
+    except OSError as error:
+        return f"{path} was not written: {error.strerror or error}"
+    return None

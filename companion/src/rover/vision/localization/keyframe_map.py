@@ -39,7 +39,12 @@ class KeyframeMap:
 
 def save_map(path: Path, known: KeyframeMap, camera: CameraModel) -> None:
     """Writes the map; the same map gives the same bytes. Raises BadInput where the file cannot be written."""
-    content = {
+    write_archive(path, WHAT, map_arrays(known, camera))
+
+
+def map_arrays(known: KeyframeMap, camera: CameraModel) -> dict[str, NDArray[Any]]:
+    """The map as the arrays of its file."""
+    return {
         "version": np.array(VERSION),
         "camera": np.frombuffer(json.dumps(asdict(camera)).encode(), np.uint8),
         "poses": known.poses,
@@ -50,7 +55,6 @@ def save_map(path: Path, known: KeyframeMap, camera: CameraModel) -> None:
         "pixel_m": _joined([frame.pixel_m for frame in known.frames], (0,)),
         "descriptors": _joined([frame.descriptors for frame in known.frames], (0, BITS // 8)).astype(np.uint8),
     }
-    write_archive(path, WHAT, content)
 
 
 def load_map(place: Path, camera: CameraModel) -> KeyframeMap:

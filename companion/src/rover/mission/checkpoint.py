@@ -1,0 +1,56 @@
+"""What `--resume` needs, left in the run's folder while the rover drives: a companion that dies loses seconds.
+
+The arrays are packed between two cycles; a thread of its own waits for the disk. Nothing that is decided depends on it.
+"""
+
+from __future__ import annotations
+
+import shutil
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+from rover.mission.former_run import pack_run
+from rover.mission.survey import Survey
+from rover.whole_file import write_whole
+
+# Mission time between two checkpoints, seconds: with a slow disk at most twice as much is lost.
+PERIOD_S = 5.0
+
+# Left on the disk for log, report and survey of a mission that ends because there is no more.
+RESERVE_BYTES = 32_000_000
+
+
+class Checkpoint:
+    """Of one run. Use it as a context manager: leaving waits for the disk."""
+
+    def __init__(self, survey: Survey, folder: Path) -> None:
+        self._survey = survey
+        self._folder = folder
+        self._due = PERIOD_S
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="checkpoint")
+        self._written: Future[None] | None = None
+
+    def __enter__(self) -> Checkpoint:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._writer.shutdown(wait=True)
+
+    def keep(self, now: float) -> str | None:
+        """Called every cycle. Returns why nothing more can be kept, None while all is well."""
+        if now < self._due or (self._written is not None and not self._written.done()):
+            return None
+        self._due = now + PERIOD_S
+        error = self._written.exception() if self._written is not None else None
+        if isinstance(error, OSError):
+            return f"what has been surveyed cannot be written to {self._folder}: {error.strerror or error}"
+        free = shutil.disk_usage(self._folder).free
+        if free < RESERVE_BYTES:
+            return f"the disk is nearly full: {free / 1e6:.0f} MB are left for {self._folder}"
+        self._written = self._writer.submit(_write, self._folder, pack_run(self._survey))
+        return None
+
+
+def _write(folder: Path, files: dict[str, bytes]) -> None:
+    for name, content in files.items():
+        write_whole(folder / name, content)

@@ -122,7 +122,7 @@ def serve(options: Options) -> None:
 
     def lost() -> None:
         """A run whose companion died is gone on from where the rover stands now; nobody has asked for a verdict."""
-        if options.out is not None:
+        if options.out is not None and _is_of_this_rig(options.out):
             write_truth(options.out, rig, ground, options.seed, None)
 
     try:
@@ -136,6 +136,14 @@ def serve(options: Options) -> None:
             server.close()
     finally:
         rig.close()
+
+
+def _is_of_this_rig(out: Path) -> bool:
+    """False once another run has taken the folder over: its truth is not this rig's."""
+    try:
+        return bool(json.loads((out / "rig.json").read_text(encoding="utf-8"))["pid"] == os.getpid())
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def share_one_core() -> None:

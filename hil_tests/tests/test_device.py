@@ -220,7 +220,7 @@ ATTEMPTS = 3
 
 def test_a_recorded_mission_replays_on_it(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mission = Path(__file__).resolve().parent / "missions" / "look.toml"
-    assert invoke(["run", str(mission), "--seed", "3", "--out", str(tmp_path), "--quiet"]) in (0, 8)
+    assert invoke(["run", str(mission), "--seed", "3", "--out", str(tmp_path), "--force", "--quiet"]) in (0, 8)
     capsys.readouterr()
     log = str(tmp_path / "mission.mcap")
     for _ in range(ATTEMPTS):

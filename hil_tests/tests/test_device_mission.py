@@ -41,7 +41,7 @@ class Rover:
         """`rover run` as a process of its own."""
         command = [sys.executable, "-m", "rover.cli.main", "run", str(MISSIONS / f"{mission}.toml")]
         command += ["--rig", "device", "--port", self.rig.port, "--camera-source", self.rig.camera_source]
-        command += ["--seed", str(SEED), "--out", str(self.folder / "run"), *options]
+        command += ["--seed", str(SEED), "--out", str(self.folder / "run"), "--force", *options]
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
     def run(self, mission: str, *options: str) -> tuple[int, str, str]:

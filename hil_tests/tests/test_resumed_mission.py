@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rover.archive_file import read_archive
+from rover.archive_file import read_archive, write_archive
 from rover.errors import PreflightFailed
 from rover.record.tum import read_tum
 from rover_hil.firmware_process import find_binary
@@ -134,9 +135,19 @@ def damage(folder: Path) -> None:
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
 
 
+def lose_a_place(folder: Path) -> None:
+    """A place whose x is no number would be lost to every comparison, and a known mine with it."""
+    arrays = read_archive(folder / "survey.npz", "survey")
+    content = json.loads(arrays["content"].tobytes())
+    content["places"][0]["x"] = math.nan
+    arrays["content"] = np.frombuffer(json.dumps(content).encode(), np.uint8)
+    write_archive(folder / "survey.npz", "survey", arrays)
+
+
 @pytest.mark.parametrize(
     ("seed", "width", "spoil", "told"),
     [
+        (3, 2.2, lose_a_place, "survey.npz: damaged, or no survey"),
         (3, 2.2, damage, "survey.npz: damaged, or no survey"),
         (3, 2.2, lambda folder: (folder / "survey.npz").unlink(), "survey.npz: no such survey"),
         (3, 2.2, lambda folder: (folder / "keyframes.npz").unlink(), "keyframes.npz: no such keyframe map"),
@@ -164,6 +175,6 @@ def test_what_does_not_fit_is_told_in_one_line(
 
 
 def test_a_run_is_not_written_over_the_one_that_it_goes_on_from(mission: Callable[..., Path], first: Path) -> None:
-    ended = rover("run", mission(20.0), "--seed", 3, "--resume", first, "--out", first, "--quiet")
+    ended = rover("run", mission(20.0), "--seed", 3, "--resume", first, "--out", first, "--force", "--quiet")
     assert (ended.returncode, (first / "mission.mcap").exists()) == (2, True)
     assert "name another folder" in ended.stderr

@@ -60,7 +60,7 @@ def test_completion_offers_the_commands():
     line = [sys.executable, "-c", "from rover.cli.main import main; main()"]
     asked = {"_ROVER_COMPLETE": "complete_bash", "COMP_WORDS": "rover r", "COMP_CWORD": "1"}
     done = subprocess.run(line, env=os.environ | asked, capture_output=True, text=True, timeout=30)
-    assert done.stdout.split() == ["run", "replay", "register"]
+    assert done.stdout.split() == ["run", "recover", "replay", "register"]
 
 
 def test_a_reader_that_stops_reading_is_no_error():

@@ -19,6 +19,7 @@ from rover.errors import Aborted
 
 COMMANDS: Mapping[str, str] = {
     "run": "A mission, start to report.",
+    "recover": "Report and survey of a run that was cut off.",
     "replay": "A recorded stream back into a rig, compared.",
     "plan": "A path through goals on a map.",
     "trajectory": "A path to constant-jerk segments.",
@@ -37,7 +38,7 @@ COMMANDS: Mapping[str, str] = {
 }
 """Every command of the project with a line about it, in the order of `rover --help`."""
 
-FROM_RIGS = ("replay", "hil")
+FROM_RIGS = ("recover", "replay", "hil")
 """Those that the simulated rigs bring, see `rover.plugins`."""
 
 CONTEXT: Mapping[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}

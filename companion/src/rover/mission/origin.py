@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ import rover_protocol.messages as messages
 
 import rover
 from rover.errors import BadInput
+from rover.link.handshake import Identity
 from rover.mission.config import Mission, from_document
 from rover.mission.former_run import FILES as FORMER_FILES
 from rover.mission.former_run import FormerRun, load_run
 from rover.record.recording import Recording
+from rover.report.result import Identities
 from rover.toml_file import read_toml
 from rover.vision.camera.file import camera_file
 from rover.vision.camera.model import CameraModel
@@ -46,6 +49,28 @@ def origin_of(mission: Mission, rig: str, transport: str, seed: int, cycle: floa
         "mission_hash": hashlib.sha256(mission.path.read_bytes()).hexdigest(),
         "camera": Path(mission.rover.camera).name,
     }
+
+
+def identities_of(
+    mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None
+) -> Identities:
+    """What was at work, for the report; `firmware`: what it said of itself, None when it was never heard."""
+    known = Identities(
+        rig=rig,
+        seed=seed,
+        rover_version=rover.__version__,
+        schema_hash=f"{messages.SCHEMA_HASH:08x}",
+        model_hash=model_hash[:12],
+        mission_hash=hashlib.sha256(mission.path.read_bytes()).hexdigest()[:12],
+    )
+    if firmware is None:
+        return known
+    return replace(
+        known,
+        firmware_version=firmware.version,
+        firmware_git_hash=firmware.git_hash,
+        board=firmware.board,
+    )
 
 
 def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:

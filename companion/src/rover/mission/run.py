@@ -5,7 +5,6 @@ What happens in between is `rover.mission.loop`.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping
@@ -15,9 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import rover_protocol.messages as messages
 
-import rover
 from rover.detection.classifier import Classifier, default_model
 from rover.errors import BadInput
 from rover.link.device import DeviceRig
@@ -31,17 +28,16 @@ from rover.mission.begin import begin
 from rover.mission.checkpoint import Checkpoint
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
-from rover.mission.former_run import load_run, pack_run
+from rover.mission.former_run import load_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
-from rover.mission.origin import attach_files, origin_of
+from rover.mission.origin import attach_files, identities_of, origin_of
+from rover.mission.outputs import write_outputs
 from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
-from rover.record.tum import tum_lines
-from rover.report.result import Identities, RealTime, RunResult, WallClock
-from rover.report.write import write_or_tell, write_run
+from rover.report.result import RealTime, RunResult, WallClock
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
@@ -165,14 +161,11 @@ def run_mission(
             driven = _on_simulated(prepared, data)
         wall = time.monotonic() - started
         assert survey.outcome is not None
-        identities = _with_firmware(_identities(mission, rig, seed, classifier), driven.firmware)
+        identities = identities_of(mission, rig, seed, classifier.sha256, driven.firmware)
         result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-        # What a next run goes on from comes first: the report can be made again, the drive cannot.
-        lost = [write_or_tell(out / name, content) for name, content in pack_run(survey).items()]
-        lost += [write_or_tell(out / "trajectory.tum", tum_lines(driven.track.fused).encode()), *write_run(result, out)]
-        return replace(result, unwritten=tuple(line for line in lost if line is not None))
+        return write_outputs(result, survey, driven.track)
 
 
 def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
@@ -220,30 +213,8 @@ def _on_device(
     return driven, RealTime(pace.cycles, pace.overruns, pace.longest, pace.frames_dropped)
 
 
-def _identities(mission: Mission, rig: str, seed: int, classifier: Classifier) -> Identities:
-    return Identities(
-        rig=rig,
-        seed=seed,
-        rover_version=rover.__version__,
-        schema_hash=f"{messages.SCHEMA_HASH:08x}",
-        model_hash=classifier.sha256[:12],
-        mission_hash=hashlib.sha256(mission.path.read_bytes()).hexdigest()[:12],
-    )
-
-
 def _firmware(identity: Identity | None) -> dict[str, str]:
     """What the firmware said of itself, for the log."""
     if identity is None:
         return {}
     return {"version": identity.version, "git_hash": identity.git_hash, "board": identity.board}
-
-
-def _with_firmware(identities: Identities, identity: Identity | None) -> Identities:
-    if identity is None:
-        return identities
-    return replace(
-        identities,
-        firmware_version=identity.version,
-        firmware_git_hash=identity.git_hash,
-        board=identity.board,
-    )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
-from mcap.exceptions import EndOfFile, McapError
+from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
+from zstandard import ZstdError
 
 from rover.errors import BadInput
 from rover.link.intake import Cycle
@@ -20,6 +22,13 @@ from rover.record.rig_step import RigStep, unpack_step
 from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
 
 KELVIN_IMAGE = "mono16"
+
+# A length beyond this is damage: the largest record of a log is a model that was attached to it.
+MAX_RECORD_BYTES = 512 * 2**20
+
+# What mcap, the decompressor and the decoding of text raise where a file is cut or its bits are flipped. Their cyclic
+# checksums cover what no decoder notices.
+DAMAGED = (McapError, ZstdError, struct.error, ValueError, MemoryError, OverflowError)
 
 
 @dataclass(frozen=True)
@@ -99,15 +108,23 @@ class Log:
             yield LoggedFrame(message.time_ns, {**header, **size}, image.data)
 
     def _records(self, chunks_whole: bool) -> Iterator[Any]:
+        """All records up to where the file ends or is damaged."""
+        begun = False
         try:
             with self.path.open("rb") as stream:
-                yield from StreamReader(stream, emit_chunks=chunks_whole).records
-        except EndOfFile:
+                reader = StreamReader(
+                    stream, emit_chunks=chunks_whole, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES
+                )
+                for record in reader.records:
+                    begun = True
+                    yield record
+        except DAMAGED as error:
             if stream_is_empty(self.path):
                 raise BadInput(f"{self.path}: the file is empty") from None
+            if not begun:
+                why = (str(error).splitlines() or ["damaged"])[0]
+                raise BadInput(f"{self.path}: not an MCAP log: {why}") from error
             self.cut = True
-        except McapError as error:
-            raise BadInput(f"{self.path}: not an MCAP log: {str(error).splitlines()[0]}") from error
         except FileNotFoundError:
             raise BadInput(f"{self.path}: no such log") from None
         except OSError as error:

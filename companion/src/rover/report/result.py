@@ -221,6 +221,8 @@ class RunResult:
     wall_clock: WallClock | None = None
     real_time: RealTime | None = None
     out: str = ""
+    # Mission time at which the log ends that this was recovered from, seconds.
+    recovered_until: float | None = None
     # What could not be written, a line each.
     unwritten: tuple[str, ...] = ()
 
@@ -283,6 +285,7 @@ class RunResult:
                 "longest_cycle_ms": round(self.real_time.longest_cycle * 1e3, 1),
                 "frames_dropped": self.real_time.frames_dropped,
             },
+            **({} if self.recovered_until is None else {"recovered_until_s": round(self.recovered_until, 3)}),
             "out": self.out,
         }
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.detection.picture.detect import MOST, thin
+from rover.detection.picture.detect import MAX_DETECTIONS, thin
 
 from tools.evaluate.figures import f1
-from tools.train.picture.hits import HIGHEST, hit
+from tools.train.picture.hits import MAX_HEIGHT, hit
 from tools.train.picture.records import Record
 from tools.train.picture.samples import (
     BACKGROUND,
@@ -57,7 +57,7 @@ class Alarm:
 class Outcome:
     """One fold's answers.
 
-    truth, p: of the labelled boxes and the windows beside them. alarms: of whole pictures up to HIGHEST, with the
+    truth, p: of the labelled boxes and the windows beside them. alarms: of whole pictures up to MAX_HEIGHT, with the
     number of mines and pictures. candidates: truth and p of every candidate whose truth is known.
     """
 
@@ -139,12 +139,12 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
     mines = pictures = 0
     for picture in np.unique(samples.picture[spots]).tolist():
         record = records[picture]
-        if record.height > HIGHEST:
+        if record.height > MAX_HEIGHT:
             continue
         mines, pictures = mines + len(record.boxes), pictures + 1
         here = samples.picture[spots] == picture
         places, scores = samples.spots[spots[here]], 1.0 - p[here, 2]
-        for i in thin(places, scores, MOST):
+        for i in thin(places, scores, MAX_DETECTIONS):
             spot = tuple(places[i].tolist())
             inside = hit(record, spot, 0.0) >= 0
             alarms.append(Alarm(float(scores[i]), picture, hit(record, spot), spot, inside))

@@ -30,7 +30,7 @@ from tools.evaluate.figures import table
 from tools.train.ground.fields import make_field, views
 from tools.train.ground.look import in_view, truth_of
 from tools.train.ground.samples import Looks
-from tools.train.ground.train import FIRST_SOIL_TEST, HELD_OUT_SOIL, LEAST_TESTED, SOIL_TEST_FIELDS, TEST_FRAMES
+from tools.train.ground.train import FIRST_SOIL_TEST, HELD_OUT_SOIL, MIN_TESTED_KELVIN, SOIL_TEST_FIELDS, TEST_FRAMES
 
 # Patches of so many pixels of 2 cm.
 SIDE, STEP = 22, 0.02
@@ -38,7 +38,7 @@ SPOTS = 60
 # Bare ground: metres to mines and obstacles.
 FROM_MINE, FROM_OBSTACLE = 0.42, 0.35
 DEPTHS, HOUR = (0.01, 0.02, 0.03, 0.05, 0.07), 14.9
-FLOOR = LEAST_TESTED
+FLOOR = MIN_TESTED_KELVIN
 # Places of a look that could be taken for a mine: a square metre holds some thirty of a mine's size.
 PLACES = (10, 30)
 CONTRASTS = (0.5, 0.65, 0.8, 1.0, 1.25, 1.6)

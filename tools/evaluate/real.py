@@ -18,7 +18,7 @@ from rover.detection.picture.detect import judge as judge_vectors
 from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
 from tools.evaluate.rivals import rival_judge, rivals
 from tools.train.measure import fit_pictures, softmax
-from tools.train.picture.hits import HIGHEST, hit
+from tools.train.picture.hits import MAX_HEIGHT, hit
 from tools.train.picture.recipe import learn, picture_samples, probabilities
 from tools.train.picture.records import Record, read_records
 from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
@@ -33,7 +33,7 @@ class RealResults:
     """Outcomes of zones and sessions held out by classifier, and of the network taught by labels alone: of pictures
     dealt out at random, and of zones after learning from so many others.
 
-    ceiling: mines of pictures up to HIGHEST with a candidate at their place, with one of their size there too, all.
+    ceiling: mines of pictures up to MAX_HEIGHT with a candidate at their place, with one of their size there too, all.
     trained_on: what the shipped model says of the pictures that it learned from.
     """
 
@@ -112,7 +112,7 @@ def calibrated(outcomes: Sequence[Outcome]) -> tuple[NDArray[np.int64], NDArray[
 
 
 def _ceiling(samples: PictureSamples, records: Sequence[Record]) -> tuple[int, int, int]:
-    low = [i for i, record in enumerate(records) if record.height <= HIGHEST]
+    low = [i for i, record in enumerate(records) if record.height <= MAX_HEIGHT]
     here = (samples.round == 0) & (samples.what == CANDIDATE) & np.isin(samples.picture, low)
     near, fitting = set(), set()
     for row in np.nonzero(here)[0].tolist():

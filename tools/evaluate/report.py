@@ -13,9 +13,9 @@ from rover.detection.classifier import CLASSES
 from tools.evaluate.figures import PAPER_F1, binomial, number, poisson, precision_recall, table
 from tools.evaluate.folds import FALSE_ALARMS, Outcome, thresholds
 from tools.evaluate.real import BY_LABELS, OWN, RealResults, calibrated
-from tools.evaluate.rivals import BOOSTING, MOST_ROWS
+from tools.evaluate.rivals import BOOSTING, MAX_ROWS
 from tools.train.measure import calibration_error
-from tools.train.picture.hits import HIGHEST
+from tools.train.picture.hits import MAX_HEIGHT
 from tools.train.picture.samples import BACKGROUND, MINE_UNKNOWN, SURFACE
 
 FIGURES = ("mine", "surface", "buried", "pd", "pd strict")
@@ -86,7 +86,7 @@ def pooled_table(outcomes: list[Outcome]) -> str:
 
 
 def detector_table(outcomes: list[Outcome]) -> str:
-    """Whole pictures up to HIGHEST of all zones, by threshold on the uncalibrated score."""
+    """Whole pictures up to MAX_HEIGHT of all zones, by threshold on the uncalibrated score."""
     zones = [o for o in outcomes if o.name.startswith("zone") and o.pictures]
     mines, pictures = sum(o.mines for o in zones), sum(o.pictures for o in zones)
     rows = []
@@ -115,6 +115,7 @@ def real_section(real: RealResults) -> str:
     near, fitting, mines = real.ceiling
     own = real.trained_on.pd_at(FALSE_ALARMS)
     dealt = median(o.pd_at(FALSE_ALARMS) for o in real.dealt)
+    highest = MAX_HEIGHT
     return f"""## Real pictures
 
 Each zone, then each session, held out whole; the network is trained on the rest (`tools/train`) and judges what it
@@ -131,7 +132,7 @@ are therefore somewhat too good, and by how much is not known.
 {folds_table(network)}
 
 Beside others on the same splits. SVM and gradient boosting see the network's own numbers of the same candidates, at
-most {MOST_ROWS} rows of unaltered pictures; the plain MLP sees 16×16 patches alone. The network that learned from
+most {MAX_ROWS} rows of unaltered pictures; the plain MLP sees 16×16 patches alone. The network that learned from
 labels alone is one of the two that teach this one. Dealt out at random, neighbouring pictures of the same mine lie on
 both sides: that flatters.
 
@@ -144,7 +145,7 @@ than fold by fold: a fold without them has no such F1, and its buried mines that
 
 ### As a detector
 
-Whole pictures up to {HIGHEST:g} m (as the index tells), one mine each; a detection counts when its middle lies in the
+Whole pictures up to {highest:g} m (as the index tells), one mine each; a detection counts when its middle lies in the
 box or up to 10 cm beside it (as the boxes tell 10 cm). Scores are the networks' own, not calibrated. The threshold that
 ships is chosen for a probability of detection of 0.9 in zones never seen: see the model card.
 
@@ -164,7 +165,7 @@ Candidates of the zones, each zone calibrated on the others. Expected calibratio
 - The network fits what it learned from: on those pictures the shipped model has Pd {own:.2f} at {FALSE_ALARMS:g} false
   alarms a picture. With pictures dealt out at random Pd is {dealt:.2f}, with labels alone. What is missing is missing
   on new ground.
-- Candidates: of the {mines} mines up to {HIGHEST:g} m, {near} ({near / mines:.1%}) have a candidate that would count
+- Candidates: of the {mines} mines up to {MAX_HEIGHT:g} m, {near} ({near / mines:.1%}) have a candidate that would count
   and {fitting} ({fitting / mines:.1%}) one of their own place and size. The others are casings and cut turf as bright
   as the grass around them and hardly larger than its tufts.
 - There are only four buried mines and two on the surface to learn from; a fold that holds a surface zone out has seen
@@ -209,7 +210,7 @@ def _beside_boosting(real: RealResults) -> str:
         return ""
     theirs, own = (_over(_figures(o), "pd", median) for o in (boosted, real.grouped[OWN]))
     verdict = "Another form of classifier does not close the gap" if theirs < own + 0.05 else "The numbers hold more"
-    return f"""- Gradient boosting with the same numbers and at most {MOST_ROWS} rows of unaltered pictures has a
+    return f"""- Gradient boosting with the same numbers and at most {MAX_ROWS} rows of unaltered pictures has a
   median Pd of {theirs:.2f}, the network {own:.2f}. {verdict}.
 """
 

@@ -24,7 +24,7 @@ from tools.train.picture.samples import BACKGROUND, BURIED, SURFACE, PictureSamp
 SIDE = 16
 PLAIN, BOOSTING = "plain MLP", "gradient boosting"
 # Rows that a rival learns from: it would take hours with all.
-MOST_ROWS = 4000
+MAX_ROWS = 4000
 
 
 def patches(samples: PictureSamples, records: Sequence[Record], rows: NDArray[np.intp]) -> NDArray[np.float32]:
@@ -53,10 +53,10 @@ def rivals(seed: int) -> dict[str, ClassifierMixin]:
 def rival_judge(
     name: str, model: ClassifierMixin, samples: PictureSamples, records: Sequence[Record], learned: Learned, seed: int
 ) -> Judge:
-    """Trains the rival on rows of unaltered pictures that the network has learned from too, at most MOST_ROWS."""
+    """Trains the rival on rows of unaltered pictures that the network has learned from too, at most MAX_ROWS."""
     rows = np.union1d(learned.mines, learned.ground)
     rows = rows[(samples.round[rows] == 0) & np.isin(samples.truth[rows], (SURFACE, BURIED, BACKGROUND))]
-    rows = np.sort(np.random.default_rng([seed, 87]).permutation(rows)[:MOST_ROWS])
+    rows = np.sort(np.random.default_rng([seed, 87]).permutation(rows)[:MAX_ROWS])
 
     def shown(some: NDArray[np.intp]) -> NDArray[np.float32]:
         return patches(samples, records, some) if name == PLAIN else samples.vectors[some].astype(np.float32)

@@ -9,19 +9,20 @@ from rover.detection.classifier import Classifier
 from tools.evaluate import limit, timing
 from tools.evaluate.driven import CHOSEN, curve, drives, places, split
 from tools.train.ground.fields import HELD_OUT_HOURS
-from tools.train.ground.train import FIRST_DRIVE, LEAST_TESTED, tests
+from tools.train.ground.train import FIRST_DRIVE, MIN_TESTED_KELVIN, tests
 from tools.train.measure import by_contrast, looks_as_markdown
 
 
 def synthetic_section(ground: Classifier, drive_fields: int, test_fields: int, cache: Path | None) -> str:
     """Markdown; `drive_fields` fields are driven over, each test has `test_fields` at most."""
     hours = ", ".join(f"{begin:g} to {end:g}" for begin, end in HELD_OUT_HOURS)
+    floor = MIN_TESTED_KELVIN
     parts = [
         f"""## Synthetic fields
 
 ### Single looks
 
-A mine of at least {LEAST_TESTED:g} K at the surface counts once for every look that it is in view of, with the most
+A mine of at least {floor:g} K at the surface counts once for every look that it is in view of, with the most
 mine-like answer in its halo (half-extent plus 10 cm), and as called background where no candidate lies there. Obstacles
 and ground count by candidates, all of them. Nothing was learned from the hours
 {hours}. 95 % intervals: whole fields drawn again. Asked for are 0.97 for obstacle, surface and buried, and an expected
@@ -30,7 +31,7 @@ calibration error of 0.03."""
     seen = tests(cache, test_fields)
     for name, looks in seen.items():
         p = ground.predict(looks.vectors)
-        parts.append(f"**{name}**\n\n{looks_as_markdown(looks, p, LEAST_TESTED)}\n\n{by_contrast(looks, p)}")
+        parts.append(f"**{name}**\n\n{looks_as_markdown(looks, p, floor)}\n\n{by_contrast(looks, p)}")
     searching = "\n".join(
         f"- {name}: best F1 by strength alone {limit.searching_f1(looks):.2f}." for name, looks in seen.items()
     )

@@ -17,7 +17,7 @@ BATCH = 512
 # Samples of an epoch are varied in so many parts, so that no second copy of all of them is needed.
 PARTS = 8
 # Added to every standard deviation: what hardly varies may not be blown up.
-LEAST_DEVIATION = 0.02
+MIN_DEVIATION = 0.02
 
 
 # Vectors and labels to other vectors of the same candidates; may change the vectors in place.
@@ -81,7 +81,7 @@ def fit(
     in each epoch. averaged: share of the steps, the last ones, whose weights' mean is the network; 0: the last weights.
     """
     mean, deviation = _moments(vectors)
-    scale = deviation + LEAST_DEVIATION
+    scale = deviation + MIN_DEVIATION
     classes = tuple(np.unique(labels).tolist())
     rng = np.random.default_rng([seed, 84])
     network = MLPClassifier(

@@ -9,7 +9,7 @@ from rover.capture.frame import Frame
 from rover.detection.classifier import CLASSES, Classifier, default_model
 from rover.detection.evidence_settings import EvidenceSettings
 from rover.detection.fusion import Evidence
-from rover.detection.ground.candidates import MOST, find_candidates
+from rover.detection.ground.candidates import MAX_CANDIDATES, find_candidates
 from rover.detection.ground.detect import Detection, DetectSettings, detect, toned
 from rover.detection.ground.image import GroundRectifier, from_picture
 from rover.detection.ground.patch import LENGTH, SIDE, describe
@@ -108,7 +108,7 @@ def test_a_wide_weak_spot_is_not_lost_among_small_strong_ones():
 
 def test_candidates_are_capped():
     noise = np.random.default_rng(0).normal(300, 3, (100, 140)).astype(np.float32)
-    assert len(find_candidates(from_picture(noise, 0.01))) == MOST
+    assert len(find_candidates(from_picture(noise, 0.01))) == MAX_CANDIDATES
 
 
 def test_plain_soil_of_an_even_temperature_has_no_candidates():

@@ -9,7 +9,7 @@ from rover.detection.classifier import PICTURES, Classifier, default_model
 from rover.detection.picture import circles
 from rover.detection.picture.candidates import find_spots
 from rover.detection.picture.check import check_picture
-from rover.detection.picture.detect import MOST, SAME, detect_in_picture, judge, thin
+from rover.detection.picture.detect import MAX_DETECTIONS, SAME, detect_in_picture, judge, thin
 from rover.detection.picture.maps import picture_maps
 from rover.detection.picture.patch import LENGTH, MIRRORED, describe_spots
 from rover.errors import BadInput
@@ -121,7 +121,7 @@ def test_a_gain_of_the_camera_hardly_changes_the_description() -> None:
 
 def test_of_spots_at_one_place_the_likeliest_stays() -> None:
     spots = np.array([[100, 100, 40], [104, 98, 48], [300, 300, 40]], np.float32)
-    assert thin(spots, np.array([0.2, 0.9, 0.5]), MOST) == [1, 2]
+    assert thin(spots, np.array([0.2, 0.9, 0.5]), MAX_DETECTIONS) == [1, 2]
     assert SAME < 1.0
 
 
@@ -129,7 +129,7 @@ def test_detections_are_likeliest_first_and_probabilities_sum_to_one() -> None:
     found = detect_in_picture(with_disc(330, 300, 60, 235.0), Classifier(default_model(PICTURES), PICTURES))
     scores = [d.mine_probability for d in found]
     assert scores == sorted(scores, reverse=True)
-    assert 0 < len(found) <= MOST
+    assert 0 < len(found) <= MAX_DETECTIONS
     assert sum(found[0].p.values()) == pytest.approx(1.0, abs=1e-5)
 
 

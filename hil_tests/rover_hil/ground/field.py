@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 MARGIN = 1.6  # metres of ground around the area, so that the camera sees beyond the border
 FINE_RESOLUTION = 0.005
 COARSE_RESOLUTION = 0.01
-FINE_CELLS = 4_000_000  # a raster larger than this is laid at the coarse resolution
-MOST_CELLS = 25_000_000  # 100 MB a raster: fields up to about 46 x 46 m
+MAX_FINE_CELLS = 4_000_000  # a raster larger than this is laid at the coarse resolution
+MAX_CELLS = 25_000_000  # 100 MB a raster: fields up to about 46 x 46 m
 
 
 @dataclass(frozen=True)
@@ -124,9 +124,9 @@ def grid_of(width: float, height: float) -> Grid:
         BadInput: the area is too large to simulate.
     """
     outer_width, outer_height = width + 2 * MARGIN, height + 2 * MARGIN
-    fine = outer_width * outer_height / FINE_RESOLUTION**2 <= FINE_CELLS
+    fine = outer_width * outer_height / FINE_RESOLUTION**2 <= MAX_FINE_CELLS
     resolution = FINE_RESOLUTION if fine else COARSE_RESOLUTION
-    if outer_width * outer_height / resolution**2 > MOST_CELLS:
+    if outer_width * outer_height / resolution**2 > MAX_CELLS:
         raise BadInput(f"area: {width:g} x {height:g} m is too large to simulate; stay within 46 x 46 m")
     columns, rows = int(np.ceil(outer_width / resolution)), int(np.ceil(outer_height / resolution))
     return Grid(-MARGIN, -MARGIN, resolution, columns, rows)

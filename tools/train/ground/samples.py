@@ -23,7 +23,7 @@ NEAR, AMBIGUOUS = 0.06, 0.10
 # A candidate this near to an obstacle's picture is learned as the obstacle; up to BESIDE it is neither.
 ON_OBSTACLE, BESIDE = 0.01, 0.06
 # Nothing is learned from mines weaker than this, kelvin at the surface.
-LEAST_LEARNED = 0.25
+MIN_LEARNED_KELVIN = 0.25
 # One detection counts for a mine within its half-extent and this much more, metres.
 HALO = 0.10
 UNSURE = -1
@@ -86,7 +86,7 @@ class Looks:
         """Where a detection would be a false alarm: outside every mine's halo, and not at an obstacle's edge."""
         return (self.to_mine > self.radius + HALO) & (self.to_obstacle >= BESIDE)
 
-    def labels(self, weakest: float = LEAST_LEARNED) -> NDArray[np.int64]:
+    def labels(self, weakest: float = MIN_LEARNED_KELVIN) -> NDArray[np.int64]:
         """What each candidate is learned as, (N,) into CLASSES; UNSURE between two, and at mines below `weakest` K."""
         labels = np.full(len(self), BACKGROUND)
         labels[self.to_mine < AMBIGUOUS] = UNSURE

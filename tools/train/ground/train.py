@@ -31,7 +31,7 @@ FIRST_CALIBRATION, FIRST_TEST, FIRST_SOIL_TEST = 50_000, 60_000, 70_000
 # Fields of each, and looks at one of the tests'.
 CALIBRATION_FIELDS, TEST_FIELDS, SOIL_TEST_FIELDS = 40, 60, 100
 TEST_FRAMES = 12
-LEAST_TESTED = 0.5
+MIN_TESTED_KELVIN = 0.5
 # Fields that are driven over for the card.
 FIRST_DRIVE = 4000
 
@@ -82,10 +82,10 @@ def main(arguments: Sequence[str]) -> None:
         if options.drives
     }
     counts = {name: int((labels == i).sum()) for i, name in enumerate(CLASSES)}
-    text = ground_section(counts, results, LEAST_TESTED, driven, notes, sha256, options)
+    text = ground_section(counts, results, MIN_TESTED_KELVIN, driven, notes, sha256, options)
     write_section(options.out.parent / "README.md", options.out.name, text)
     for name, (tested, p) in results.items():
-        print(f"\n{name}\n{measure.looks_as_markdown(tested, p, LEAST_TESTED)}")
+        print(f"\n{name}\n{measure.looks_as_markdown(tested, p, MIN_TESTED_KELVIN)}")
     print(f"\n{options.out}: {options.out.stat().st_size / 1e6:.2f} MB, {notes}, {time.monotonic() - begun:.0f} s")
 
 

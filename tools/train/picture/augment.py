@@ -15,7 +15,7 @@ from tools.train.picture.records import Box, Record
 
 Grey = NDArray[np.float32]
 # Radii of drawn casings, pixels: as the set's casings measure from 1 to 4 m, and somewhat beyond.
-SMALLEST_DISC, LARGEST_DISC = 16.0, 100.0
+MIN_DISC_PX, MAX_DISC_PX = 16.0, 100.0
 
 
 def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:
@@ -35,7 +35,7 @@ def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, .
 def with_disc(picture: Grey, boxes: tuple[Box, ...], rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:
     """A casing: an even disc warmer or colder than the ground, often with a plug in its middle and grass across it."""
     rows, columns = picture.shape
-    radius = float(np.exp(rng.uniform(math.log(SMALLEST_DISC), math.log(LARGEST_DISC))))
+    radius = float(np.exp(rng.uniform(math.log(MIN_DISC_PX), math.log(MAX_DISC_PX))))
     for _ in range(20):
         x, y = float(rng.uniform(radius, columns - radius)), float(rng.uniform(radius, rows - radius))
         if all(max(abs(x - b.x) - b.width / 2, abs(y - b.y) - b.height / 2) > 1.6 * radius for b in boxes):

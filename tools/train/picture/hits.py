@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from rover.detection.picture.detect import MOST, thin
+from rover.detection.picture.detect import MAX_DETECTIONS, thin
 
 from tools.train.picture.records import Record
 from tools.train.picture.samples import PictureSamples
 
 # Whole pictures count up to this height, metres.
-HIGHEST = 4.0
+MAX_HEIGHT = 4.0
 # A detection counts within the box and 10 cm around it. Heights are unreliable, so 10 cm are told by the boxes: buried
 # mines are about 27 cm wide in them, surface mines 15 cm; the lesser halo of the two serves for both.
 HALO = 0.37
@@ -31,16 +31,16 @@ def loudness(
     samples: PictureSamples, rows: NDArray[np.intp], score: NDArray[np.floating], records: Sequence[Record]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
     """Of candidates `rows` with their scores: the best score of every mine (0: missed), those of all false alarms, and
-    how many pictures there are. Pictures above HIGHEST do not count."""
+    how many pictures there are. Pictures above MAX_HEIGHT do not count."""
     mines: list[float] = []
     false: list[float] = []
     pictures = np.unique(samples.picture[rows]).tolist()
-    low = [picture for picture in pictures if records[picture].height <= HIGHEST]
+    low = [picture for picture in pictures if records[picture].height <= MAX_HEIGHT]
     for picture in low:
         here = samples.picture[rows] == picture
         spots, scores = samples.spots[rows[here]], score[here]
         best = np.zeros(len(records[picture].boxes))
-        for index in thin(spots, scores, MOST):
+        for index in thin(spots, scores, MAX_DETECTIONS):
             box = hit(records[picture], spots[index].tolist())
             if box < 0:
                 false.append(float(scores[index]))

@@ -48,7 +48,7 @@ GROUND, HARD = 10, 8
 # Casings of the pictures count for this share of the buried mines, but none more than so many times; drawn ones count
 # for that share of all mines of the pictures, for many are darker or plainer than real ones. All ground counts so much
 # more than all mines.
-SURFACE_SHARE, MOST_REPEATED, DRAWN_SHARE, GROUND_WEIGHT = 0.5, 4.0, 0.15, 2.0
+SURFACE_SHARE, MAX_REPEATED, DRAWN_SHARE, GROUND_WEIGHT = 0.5, 4.0, 0.15, 2.0
 PART = 8192
 MODULES = (candidates, circles, maps, patch, augment, of_pictures, of_records)
 SOURCES = tuple(Path(str(module.__file__)) for module in MODULES)
@@ -169,7 +169,7 @@ def weighted(samples: PictureSamples, mines: Rows, ground: Rows) -> Told:
     weights[len(mines) : len(mines) + untold.sum()] = 0.5
     mine, laid = labels != BACKGROUND, samples.box[index] == DRAWN
     buried, surface = labels == BURIED, (labels == SURFACE) & ~laid
-    kept = min(MOST_REPEATED, SURFACE_SHARE * weights[buried].sum() / max(weights[surface].sum(), 1.0))
+    kept = min(MAX_REPEATED, SURFACE_SHARE * weights[buried].sum() / max(weights[surface].sum(), 1.0))
     weights[surface] *= kept
     weights[laid] *= DRAWN_SHARE * weights[mine & ~laid].sum() / max(weights[laid].sum(), 1.0)
     weights[~mine] *= GROUND_WEIGHT * weights[mine].sum() / max(len(ground), 1)

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.errors import BadInput
 
-# A zone's own mine is the box nearest to the middle; from LOW metres on only within MIDDLE of the picture's width.
-LOW, MIDDLE = 5.0, 0.31
+# A zone's own mine is the box nearest to the middle; from LOW_HEIGHT on only within MIDDLE of the picture's width.
+LOW_HEIGHT, MIDDLE = 5.0, 0.31
 # Boxes of copies of one picture nearer than this, pixels, are the same mine.
-SAME = 20.0
+SAME_PX = 20.0
 UNTOLD_ZONE = "6"
 
 
@@ -77,13 +77,13 @@ def _record(folder: Path, name: str, rows: list[dict[str, str]]) -> Record:
     for row in rows:
         for x, y, w, h in _labels(folder / "labels" / f"{row['name']}.txt"):
             box = (x * columns_px, y * rows_px, w * columns_px, h * rows_px)
-            if all(max(abs(box[0] - other[0]), abs(box[1] - other[1])) >= SAME for other in boxes):
+            if all(max(abs(box[0] - other[0]), abs(box[1] - other[1])) >= SAME_PX for other in boxes):
                 boxes.append(box)
     height = float(first["height_m"])
     depth = first["depth_cm"].strip()
     kind = "" if not depth or first["zone"] == UNTOLD_ZONE else "surface" if float(depth) == 0.0 else "buried"
     away = [math.hypot(x - columns_px / 2, y - rows_px / 2) for x, y, _, _ in boxes]
-    own = [d == min(away) and (height < LOW or d < MIDDLE * columns_px) for d in away]
+    own = [d == min(away) and (height < LOW_HEIGHT or d < MIDDLE * columns_px) for d in away]
     return Record(
         name,
         first["zone"],

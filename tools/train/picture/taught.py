@@ -17,11 +17,11 @@ from tools.train.network import Network
 from tools.train.picture.samples import BACKGROUND, BURIED, MINE_UNKNOWN, SURFACE, UNSURE, PictureSamples
 
 # Unaltered rows that boosting learns from, at most; its trees, and the share of the numbers that a split chooses from.
-MOST_ROWS, TREES, FEATURES = 4000, 60, 0.2
+MAX_ROWS, TREES, FEATURES = 4000, 60, 0.2
 # Candidates without a label that are learned from too: this share of those that do not fit a box, and so much ground.
 UNSURE_SHARE, OTHER_GROUND = 0.6, 10_000
 # The answers' share of what is learned of a sample, the rest is its label's; what is less likely is not learned.
-TAUGHT, LEAST = 0.5, 0.02
+TAUGHT, MIN_PROBABILITY = 0.5, 0.02
 PART = 8192
 
 Rows = NDArray[np.intp]
@@ -64,9 +64,9 @@ def network_says(network: Network, samples: PictureSamples, rows: Rows) -> NDArr
 
 
 def boosting_says(samples: PictureSamples, labelled: Rows, rows: Rows, seed: int) -> NDArray[np.float64]:
-    """Probabilities (N, 3) by boosting that learns from at most MOST_ROWS labelled rows of unaltered pictures."""
+    """Probabilities (N, 3) by boosting that learns from at most MAX_ROWS labelled rows of unaltered pictures."""
     known = (samples.round[labelled] == 0) & np.isin(samples.truth[labelled], (SURFACE, BURIED, BACKGROUND))
-    some = np.sort(np.random.default_rng([seed, 87]).permutation(np.sort(labelled[known]))[:MOST_ROWS])
+    some = np.sort(np.random.default_rng([seed, 87]).permutation(np.sort(labelled[known]))[:MAX_ROWS])
     model = HistGradientBoostingClassifier(max_iter=TREES, max_features=FEATURES, random_state=seed)
     model.fit(samples.vectors[some].astype(np.float32), samples.truth[some])
     p = np.full((len(rows), 3), 1e-6)
@@ -96,7 +96,7 @@ def taught(told: Told, truth: NDArray[np.integer], rows: Rows, said: NDArray[np.
     sure[other] = said[other]
     share[other] = weights[labels == BACKGROUND].mean()
     target = (1.0 - TAUGHT) * sure + TAUGHT * said
-    target[target < LEAST] = 0.0
+    target[target < MIN_PROBABILITY] = 0.0
     target /= target.sum(axis=1, keepdims=True)
     row, kind = np.nonzero(target)
     return rows[row], kind + SURFACE, share[row] * target[row, kind]

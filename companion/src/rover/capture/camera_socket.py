@@ -25,7 +25,7 @@ from rover.errors import BadInput
 HEAD = struct.Struct("<4sIddHHI")
 MAGIC = b"RVFR"
 CLOSED = 1
-LONGEST_SIDE = 8192
+MAX_SIDE_PX = 8192
 # Seconds between two attempts to connect again.
 RETRY = 0.25
 
@@ -81,7 +81,7 @@ class SocketSource:
             if head is None:
                 return
             magic, number, exposure, unit, width, height, flags = HEAD.unpack(head)
-            if magic != MAGIC or not (0 < width <= LONGEST_SIDE and 0 < height <= LONGEST_SIDE):
+            if magic != MAGIC or not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
                 raise BadInput(f"{self.path}: what comes there are no pictures of rover.capture.camera_socket")
             pixels = self._exactly(connection, 2 * width * height)
             if pixels is None:

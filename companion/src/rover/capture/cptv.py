@@ -28,7 +28,7 @@ VERSIONS = (1, 2)
 HEADER, FRAME = b"H", b"F"
 WIDTH, HEIGHT, COMPRESSION, RATE, MODEL, BRAND = b"X", b"Y", b"C", b"Z", b"E", b"B"
 BIT_WIDTH, FRAME_SIZE, TIME_ON, FFC_TIME, BACKGROUND = b"w", b"f", b"t", b"c", b"g"
-MAX_SIDE = 4096
+MAX_SIDE_PX = 4096
 
 Fields = dict[bytes, bytes]
 
@@ -66,7 +66,7 @@ class CptvSource:
         if (
             kind != HEADER
             or _number(header[COMPRESSION]) != 1
-            or not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE)
+            or not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX)
         ):
             raise ValueError("its header")
         period = 1.0 / _number(header[RATE]) if RATE in header and _number(header[RATE]) else FRAME_PERIOD

@@ -26,7 +26,7 @@ PNG_SIGNATURE = b"\x89PNG"
 JPEG_LS_SIGNATURE = b"\xff\xd8\xff\xf7"
 RECORD_RAW, RECORD_CAMERA = 1, 32
 RECORD_BYTES, RAW_HEADER_BYTES = 32, 32
-MAX_RECORDS, MAX_SIDE = 1024, 8192
+MAX_RECORDS, MAX_SIDE_PX = 1024, 8192
 CAMERA_INFO_BYTES = 0x310
 MODEL_AT, MODEL_BYTES = 0xD4, 32
 
@@ -138,7 +138,7 @@ def _raw_picture(record: tuple[int, bytes], name: str) -> NDArray[np.uint16]:
     elif payload.startswith(JPEG_LS_SIGNATURE):
         raise BadInput(f"{name}: pixels packed with JPEG-LS (CSQ) are not supported: export the file as SEQ or TIFF")
     else:
-        if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
+        if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
             raise ValueError(f"{width}×{height} pixels")
         if len(payload) < 2 * width * height:
             raise ValueError(f"{len(payload)} bytes of pixels, {2 * width * height} expected")

@@ -11,7 +11,7 @@ from rover.capture.frame import Frame
 from rover.errors import PreflightFailed
 
 # Bytes that may wait for a reader before it counts as gone.
-BACKLOG = 1 << 20
+MAX_BACKLOG_BYTES = 1 << 20
 
 
 class FramePublisher:
@@ -58,7 +58,7 @@ class FramePublisher:
             while waiting:
                 del waiting[: reader.send(waiting)]
         except BlockingIOError:
-            if len(waiting) > BACKLOG:
+            if len(waiting) > MAX_BACKLOG_BYTES:
                 self._drop(reader)
         except OSError:
             self._drop(reader)

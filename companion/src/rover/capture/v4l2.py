@@ -24,13 +24,13 @@ from rover.errors import BadInput, RoverError
 
 Y16 = cv2.VideoWriter.fourcc(*"Y16 ")
 # Seconds before the first attempt to reopen a camera; each further one waits twice as long, up to the bound.
-FIRST_DELAY, LONGEST_DELAY = 0.1, 5.0
+FIRST_DELAY, MAX_DELAY = 0.1, 5.0
 
 # Seconds without a camera after which the source ends with CameraLost.
 GIVE_UP_AFTER = 60.0
 
 # A driver's time stamp further from now than this is on another clock, and not used.
-OLDEST_STAMP = 1.0
+MAX_STAMP_AGE = 1.0
 
 
 class CameraLost(RoverError):
@@ -121,7 +121,7 @@ class V4l2Source:
         """The driver's time stamp where it is on the clock of the companion, else now."""
         now = self._clock()
         stamp = capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
-        return stamp if 0.0 <= now - stamp < OLDEST_STAMP else now
+        return stamp if 0.0 <= now - stamp < MAX_STAMP_AGE else now
 
     def _open(self) -> Capture | None:
         capture = self._opener(self.device)
@@ -139,7 +139,7 @@ class V4l2Source:
         gone_at, delay = self._clock(), FIRST_DELAY
         while self._clock() - gone_at < GIVE_UP_AFTER:
             self._sleep(delay)
-            delay = min(2.0 * delay, LONGEST_DELAY)
+            delay = min(2.0 * delay, MAX_DELAY)
             capture = self._open()
             if capture is not None:
                 self.reconnects += 1

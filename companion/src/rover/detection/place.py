@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 # Share of each class among candidates, as one look knows it beforehand.
 PRIOR = {"obstacle": 0.2, "surface": 0.1, "buried": 0.15, "background": 0.55}
 # One look may not decide alone, and no place is ever beyond doubt.
-LEAST_PROBABILITY = 0.03
-MOST_LOG = 6.0
+MIN_PROBABILITY = 0.03
+MAX_LOG_RATIO = 6.0
 # All looks at one place share its soil and its model's errors: together they never weigh more than so many.
-MOST_LOOKS = 4.0
+MAX_LOOKS = 4.0
 _PRIOR_VALUES = np.array([PRIOR[name] for name in CLASSES])
 # Viewpoints that differ by less than this (metres, radians) are the same one.
 VIEW_STEP, VIEW_TURN = 0.12, 0.25
@@ -124,10 +124,10 @@ class Place:
         return 1.0 / (1.0 + 0.7 * before)
 
     def _learn(self, answer: dict[str, float], weight: float) -> None:
-        values = np.array([max(answer[name], LEAST_PROBABILITY) for name in CLASSES])
+        values = np.array([max(answer[name], MIN_PROBABILITY) for name in CLASSES])
         self._evidence += weight * np.log(values / values.sum() / _PRIOR_VALUES)
         self._weight += weight
-        log = np.log(_PRIOR_VALUES) + self._evidence / (1.0 + self._weight / MOST_LOOKS)
-        e = np.exp(np.maximum(log - log.max(), -MOST_LOG))
+        log = np.log(_PRIOR_VALUES) + self._evidence / (1.0 + self._weight / MAX_LOOKS)
+        e = np.exp(np.maximum(log - log.max(), -MAX_LOG_RATIO))
         self.p = dict(zip(CLASSES, (e / e.sum()).tolist(), strict=True))
         self.looks += 1

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from rover.vision.camera.model import CameraModel
 
 # Ground farther ahead than this is too coarse in the picture to count as seen, metres.
-SEEN_RANGE = 1.10
+MAX_SEEN_RANGE = 1.10
 # Pixels next to the edge of the picture are not used.
-EDGE_PIXELS = 2.0
+EDGE_PX = 2.0
 
 
-def view_polygon(camera: CameraModel, limit: float = SEEN_RANGE) -> NDArray[np.float64]:
+def view_polygon(camera: CameraModel, limit: float = MAX_SEEN_RANGE) -> NDArray[np.float64]:
     """Convex outline (N, 2) in base_link of the ground up to `limit` metres ahead that the camera shows."""
-    edge = int(EDGE_PIXELS)
+    edge = int(EDGE_PX)
     ground = camera.ground_lookup[edge:-edge, edge:-edge].reshape(-1, 2)
     ahead = ground[np.isfinite(ground).all(axis=1) & (ground[:, 0] <= limit)]
     return cv2.convexHull(ahead.astype(np.float32)).reshape(-1, 2).astype(np.float64)
@@ -37,7 +37,7 @@ class CameraView:
         points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         uv = camera.ground_to_pixel(points.reshape(-1, 2)).reshape(points.shape)
         # An image of the lattice: row = x, column = y.
-        self.inside = camera.inside(uv.reshape(-1, 2), EDGE_PIXELS).reshape(points.shape[:2])
+        self.inside = camera.inside(uv.reshape(-1, 2), EDGE_PX).reshape(points.shape[:2])
         self.points = points[self.inside].astype(np.float32)
         self.maps = uv[self.inside].astype(np.float32).reshape(-1, 1, 2)
         self.offset = self.points - np.array([camera.x, camera.y], np.float32)

@@ -18,9 +18,9 @@ MAX_HIT = 0.80
 # Free ground is believed this far, even when no echo comes at all: soft things answer weakly.
 MAX_FREE = 0.80
 ARC_DEPTH = 0.05
-# An echo this near is believed fully; at MAX_HIT it has LEAST_WEIGHT.
+# An echo this near is believed fully; at MAX_HIT it has MIN_WEIGHT.
 SURE_RANGE = 0.30
-LEAST_WEIGHT = 0.15
+MIN_WEIGHT = 0.15
 HIT = 1.1
 FREE = -0.25
 
@@ -64,7 +64,7 @@ def cone_update(
     if range_m is not None and range_m <= MAX_HIT:
         arc = inside & (distance >= range_m - 0.3 * ARC_DEPTH) & (distance <= range_m + 0.7 * ARC_DEPTH)
         share = np.clip((range_m - SURE_RANGE) / (MAX_HIT - SURE_RANGE), 0.0, 1.0)
-        weight = 1.0 - (1.0 - LEAST_WEIGHT) * share
+        weight = 1.0 - (1.0 - MIN_WEIGHT) * share
         change = np.where(arc, HIT * weight * off_axis, change)
     rows, columns = np.nonzero(change)
     if not len(rows):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 # A cell stands out when it differs by this many standard deviations and by this many kelvin.
-LEAST_SIGMAS = 4.0
-LEAST_KELVIN = 0.8
+MIN_SIGMAS = 4.0
+MIN_KELVIN = 0.8
 # The same where the classifier has already said that an obstacle stands.
 WEAK_SIGMAS = 2.0
 WEAK_KELVIN = 0.35
@@ -26,5 +26,5 @@ def anomalies(kelvin: NDArray[np.float32]) -> tuple[NDArray[np.bool_], NDArray[n
     """Where a temperature stands out strongly, and where it stands out at all; each of the shape of `kelvin`."""
     middle, spread = background(kelvin)
     away = np.abs(kelvin - middle)
-    strong = away > max(LEAST_SIGMAS * spread, LEAST_KELVIN)
+    strong = away > max(MIN_SIGMAS * spread, MIN_KELVIN)
     return strong, away > max(WEAK_SIGMAS * spread, WEAK_KELVIN)

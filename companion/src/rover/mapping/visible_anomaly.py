@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 # The ground around is a mean over this share of the longer side.
 AROUND = 0.25
-LEAST_SIGMAS = 3.5
-LEAST_LEVELS = 12.0
+MIN_SIGMAS = 3.5
+MIN_LEVELS = 12.0
 
 
 def visible_anomalies(lightness: NDArray[np.floating] | NDArray[np.uint8]) -> NDArray[np.bool_]:
@@ -23,5 +23,5 @@ def visible_anomalies(lightness: NDArray[np.floating] | NDArray[np.uint8]) -> ND
     away = levels - cv2.blur(levels, (side, side), borderType=cv2.BORDER_REFLECT)
     middle = float(np.median(away))
     spread = 1.4826 * float(np.median(np.abs(away - middle)))
-    standing_out: NDArray[np.bool_] = np.abs(away - middle) > max(LEAST_SIGMAS * spread, LEAST_LEVELS)
+    standing_out: NDArray[np.bool_] = np.abs(away - middle) > max(MIN_SIGMAS * spread, MIN_LEVELS)
     return standing_out

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.detection.ground.image import MANY, GroundImage
+from rover.detection.ground.image import MAX_MEDIAN_PIXELS, GroundImage
 
 # Widths of the Gaussians, metres. An answer is the mean within one minus the mean within the next but one; a disc of
 # diameter d answers most where the first is d / 2.8.
@@ -24,11 +24,11 @@ WIDTHS = (0.025, 0.040, 0.0625, 0.100, 0.156)
 SCALES = len(WIDTHS) - 2
 EXTENT_PER_WIDTH = 2.8
 # Candidates of one picture.
-MOST = 16
+MAX_CANDIDATES = 16
 # What the ground of a picture has at least, kelvin: the camera's noise. And the weakest answer that is looked at, in
 # robust standard deviations of the ground's answers at that scale.
-LEAST_GROUND = 0.03
-LEAST_STRENGTH = 1.5
+MIN_GROUND_SPREAD = 0.03
+MIN_STRENGTH = 1.5
 # Candidates nearer to each other than this, metres, are one.
 SPACING = 0.06
 # Candidates whose centre has less than this of valid ground around it, metres, are left out.
@@ -61,7 +61,7 @@ class _Peak(NamedTuple):
     answer: NDArray[np.float32]
 
 
-def find_candidates(image: GroundImage, most: int = MOST) -> list[Candidate]:
+def find_candidates(image: GroundImage, most: int = MAX_CANDIDATES) -> list[Candidate]:
     """Blobs, strongest first; at most `most`."""
     shape = image.kelvin.shape
     halved = image.metres_per_pixel < WORKING and min(shape) > 1
@@ -123,10 +123,10 @@ def _peaks(
     size = np.abs(answer)
     ground = size[around]
     # The median of so many hardly depends on every one of them.
-    some = ground[:: 1 + len(ground) // MANY]
-    spread = max(1.4826 * float(np.median(some)), LEAST_GROUND) if len(some) else LEAST_GROUND
+    some = ground[:: 1 + len(ground) // MAX_MEDIAN_PIXELS]
+    spread = max(1.4826 * float(np.median(some)), MIN_GROUND_SPREAD) if len(some) else MIN_GROUND_SPREAD
     reach = 2 * max(1, round(0.7 * width / scale)) + 1
-    peak = (size >= cv2.dilate(size, np.ones((reach, reach), np.uint8))) & around & (size >= LEAST_STRENGTH * spread)
+    peak = (size >= cv2.dilate(size, np.ones((reach, reach), np.uint8))) & around & (size >= MIN_STRENGTH * spread)
     flat = np.flatnonzero(peak)
     flat = flat[np.argsort(-size.flat[flat], kind="stable")[:most]]
     rows, columns = np.unravel_index(flat, size.shape)

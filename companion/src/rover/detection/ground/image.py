@@ -19,11 +19,11 @@ from rover.vision.camera.model import CameraModel
 
 METRES_PER_PIXEL = 0.01
 # A picture taken from straight above whose pixels are coarser than METRES_PER_PIXEL keeps them up to this size.
-COARSEST = 0.02
+MAX_METRES_PER_PIXEL = 0.02
 # A median over more pixels than this is taken from one in four.
-MANY = 20_000
+MAX_MEDIAN_PIXELS = 20_000
 # Beyond this range ahead a pixel of the smallest camera covers more than 1.5 cm of ground.
-FAR_END = 1.15
+MAX_RANGE = 1.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class GroundImage:
         """Robust background: median of the valid temperatures, kelvin."""
         if self.known_median is not None:
             return self.known_median
-        step = 2 if self.kelvin.size > MANY else 1
+        step = 2 if self.kelvin.size > MAX_MEDIAN_PIXELS else 1
         return float(np.median(self.kelvin[::step, ::step][self.valid[::step, ::step]]))
 
     def to_base(self, rows_columns: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -69,9 +69,9 @@ class GroundRectifier:
     def __init__(self, camera: CameraModel, metres_per_pixel: float = METRES_PER_PIXEL) -> None:
         self.camera = camera
         ground = camera.ground_lookup.reshape(-1, 2)
-        ground = ground[np.isfinite(ground).all(axis=1) & (ground[:, 0] <= FAR_END)]
+        ground = ground[np.isfinite(ground).all(axis=1) & (ground[:, 0] <= MAX_RANGE)]
         if not len(ground):
-            raise BadInput(f"camera {camera.name}: sees no ground within {FAR_END} m; check the mount's pitch")
+            raise BadInput(f"camera {camera.name}: sees no ground within {MAX_RANGE} m; check the mount's pitch")
         near = float(ground[:, 0].min())
         far = float(ground[:, 0].max())
         side = float(np.abs(ground[:, 1]).max())
@@ -113,7 +113,7 @@ def rectifier_of(camera: CameraModel) -> GroundRectifier:
 def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> GroundImage:
     """A picture that was taken straight from above, its centre becomes the origin.
 
-    Resampled to METRES_PER_PIXEL; where its own pixels are coarser they stay as they are up to COARSEST.
+    Resampled to METRES_PER_PIXEL; where its own pixels are coarser they stay as they are up to MAX_METRES_PER_PIXEL.
 
     picture: (h, w), kelvin or any other scale. Raises BadInput for anything but a finite picture of one channel.
     """
@@ -122,7 +122,7 @@ def from_picture(picture: NDArray[np.floating], metres_per_pixel: float) -> Grou
         raise BadInput(f"picture of shape {picture.shape}: one channel of finite values is expected")
     if not 1e-4 < metres_per_pixel < 1.0:
         raise BadInput(f"metres_per_pixel = {metres_per_pixel:g}: a value between 0.0001 and 1 is expected")
-    scale = min(max(metres_per_pixel, METRES_PER_PIXEL), COARSEST)
+    scale = min(max(metres_per_pixel, METRES_PER_PIXEL), MAX_METRES_PER_PIXEL)
     factor = metres_per_pixel / scale
     size = tuple(max(1, round(n * factor)) for n in picture.shape[::-1])
     resized = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if factor < 1.0 else cv2.INTER_LINEAR)

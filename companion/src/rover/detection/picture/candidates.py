@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rover.detection.picture.maps import FULL_SIZE, Map, PictureMaps
+from rover.detection.picture.maps import MAX_UNHALVED_PX, Map, PictureMaps
 
 # Diameters, as shares of the picture's longer side, and the ratio of one to the next.
-SMALLEST, LARGEST, RATIO = 0.026, 0.66, 2.0 ** (1.0 / 3.0)
+MIN_SIZE_SHARE, MAX_SIZE_SHARE, RATIO = 0.026, 0.66, 2.0 ** (1.0 / 3.0)
 # The same ratio for small pictures, which come at video rate: their surround is the next centre.
 SMALL_RATIO = 2.0 ** (2.0 / 3.0)
 # A disc of diameter d answers most at sigma = d / 2.8; the surround is so much wider.
@@ -27,7 +27,7 @@ MIDDLE_QUOTAS = {(0, 1): 16, (0, -1): 8, (1, 1): 6, (1, -1): 2, (2, 1): 1, (2, -
 # Candidates of one size whose centres are nearer than this share of it are one.
 NEAR = 0.2
 # Weaker answers are no spots, grey levels.
-LEAST_ANSWER = np.float32(1e-3)
+MIN_ANSWER = np.float32(1e-3)
 # What a mine may measure on the ground, metres, where the scale is told and the picture shows this much of it.
 MINE_METRES = (0.06, 1.2)
 TRUSTED_METRES = 1.2
@@ -38,18 +38,18 @@ Spots = NDArray[np.float32]
 def find_spots(maps: PictureMaps, metres_per_pixel: float | None = None) -> Spots:
     """Candidates (N, 3): x, y of the centre and diameter, in pixels of the picture; deterministic order."""
     longer = max(maps.size)
-    low, high = SMALLEST * longer, LARGEST * longer
+    low, high = MIN_SIZE_SHARE * longer, MAX_SIZE_SHARE * longer
     if metres_per_pixel is not None and longer * metres_per_pixel >= TRUSTED_METRES:
         low, high = max(low, MINE_METRES[0] / metres_per_pixel), min(high, MINE_METRES[1] / metres_per_pixel)
-    ratio = RATIO if longer > FULL_SIZE else SMALL_RATIO
-    steps = np.arange(round(np.log(LARGEST / SMALLEST) / np.log(ratio)) + 1)
-    extents = [e for e in (SMALLEST * longer * ratio**steps).tolist() if low / ratio <= e <= high * ratio]
+    ratio = RATIO if longer > MAX_UNHALVED_PX else SMALL_RATIO
+    steps = np.arange(round(np.log(MAX_SIZE_SHARE / MIN_SIZE_SHARE) / np.log(ratio)) + 1)
+    extents = [e for e in (MIN_SIZE_SHARE * longer * ratio**steps).tolist() if low / ratio <= e <= high * ratio]
     found: list[Spots] = []
     # Small pictures come at video rate, and their fine texture is mostly noise.
-    answers = [_answers(maps, channel, extents) for channel in range(3 if longer > FULL_SIZE else 2)]
+    answers = [_answers(maps, channel, extents) for channel in range(3 if longer > MAX_UNHALVED_PX else 2)]
     for index, extent in enumerate(extents):
         here: list[tuple[float, float]] = []
-        is_middle = longer > FULL_SIZE and MIDDLE_SIZES[0] <= extent / longer < MIDDLE_SIZES[1]
+        is_middle = longer > MAX_UNHALVED_PX and MIDDLE_SIZES[0] <= extent / longer < MIDDLE_SIZES[1]
         quotas = MIDDLE_QUOTAS if is_middle else QUOTAS
         for (channel, sign), most in quotas.items():
             if channel >= len(answers):
@@ -111,9 +111,9 @@ def _peaks(answer: Map, sign: int, extent: float, most: int) -> list[tuple[float
     """(x, y) of the strongest local maxima above zero, of minima below it where the sign is -1."""
     around = _square(2 * max(1, round(0.25 * extent)) + 1)
     if sign > 0:
-        peak = (answer >= cv2.dilate(answer, around)) & (answer > LEAST_ANSWER)
+        peak = (answer >= cv2.dilate(answer, around)) & (answer > MIN_ANSWER)
     else:
-        peak = (answer <= cv2.erode(answer, around)) & (answer < -LEAST_ANSWER)
+        peak = (answer <= cv2.erode(answer, around)) & (answer < -MIN_ANSWER)
     flat = np.flatnonzero(peak)
     if len(flat) > most:
         flat = flat[np.argsort(-sign * answer.flat[flat], kind="stable")[:most]]

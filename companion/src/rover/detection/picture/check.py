@@ -11,7 +11,7 @@ from rover.errors import BadInput
 SATURATED_SHARE = 0.5
 # The middle 98 % of a picture span less than this: 8-bit grey levels, or hundredths of a kelvin in 16 bits.
 BLANK_SPAN = {1: 2, 2: 4}
-SMALLEST = 32
+MIN_SIDE_PX = 32
 
 
 def check_picture(
@@ -27,8 +27,8 @@ def check_picture(
     height, width = picture.shape
     if size is not None and (width, height) != size:
         raise BadInput(f"{where}: wrong size: {width}x{height} pixels, {size[0]}x{size[1]} expected")
-    if min(width, height) < SMALLEST:
-        raise BadInput(f"{where}: wrong size: {width}x{height} pixels, at least {SMALLEST} either way are expected")
+    if min(width, height) < MIN_SIDE_PX:
+        raise BadInput(f"{where}: wrong size: {width}x{height} pixels, at least {MIN_SIDE_PX} either way are expected")
     if radiometric and picture.dtype == np.uint8:
         raise BadInput(f"{where}: 8-bit picture where 16 bits (kelvin × 100) were promised; store the camera's counts")
     if picture.dtype == np.uint16 and int(picture.max()) <= 255:

@@ -15,9 +15,9 @@ from rover.detection.picture.patch import MIRRORED, describe_spots
 
 # Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
 SAME = 0.5
-MOST = 25
+MAX_DETECTIONS = 25
 # What is a mine with less probability than this is not looked at in its mirror images too.
-LEAST_LIKELY = 0.02
+MIN_PROBABILITY = 0.02
 
 
 @dataclass(frozen=True)
@@ -38,16 +38,17 @@ class PictureDetection:
 def detect_in_picture(
     grey: NDArray[np.float32], classifier: Classifier, metres_per_pixel: float | None = None
 ) -> list[PictureDetection]:
-    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MOST."""
+    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MAX_DETECTIONS."""
     maps = picture_maps(grey)
     spots = find_spots(maps, metres_per_pixel)
     if not len(spots):
         return []
     p = judge(describe_spots(maps, spots), classifier)
     mine = _mine(p, classifier)
+    kept = thin(spots, mine, MAX_DETECTIONS)
     return [
         PictureDetection(x, y, extent, dict(zip(classifier.classes, probabilities, strict=True)))
-        for (x, y, extent), probabilities in ((spots[i].tolist(), p[i].tolist()) for i in thin(spots, mine, MOST))
+        for (x, y, extent), probabilities in zip(spots[kept].tolist(), p[kept].tolist(), strict=True)
     ]
 
 
@@ -62,7 +63,7 @@ def judge(vectors: NDArray[np.float32], classifier: Classifier) -> NDArray[np.fl
     """Probabilities (N, classes) of vectors (N, LENGTH): means over the mirror images where a mine is not out of the
     question."""
     p = classifier.predict(vectors)
-    likely = np.flatnonzero(_mine(p, classifier) >= LEAST_LIKELY)
+    likely = np.flatnonzero(_mine(p, classifier) >= MIN_PROBABILITY)
     images = vectors[likely][:, MIRRORED[1:]]
     others = classifier.predict(images.reshape(-1, vectors.shape[1])).reshape(*images.shape[:2], p.shape[1])
     p[likely] = (p[likely] + others.sum(axis=1)) / np.float32(len(MIRRORED))

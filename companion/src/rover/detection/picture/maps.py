@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 Map = NDArray[np.float32]
 
 # Pictures with a longer side than this, pixels, are halved before anything else.
-FULL_SIZE = 400
+MAX_UNHALVED_PX = 400
 # Larger pictures are shrunk to this first.
-LARGEST = 640
+MAX_SIDE_PX = 640
 # Grey levels that two pixels differ by in any case: the energy of less is noise.
 FLOOR = 1.0
-LEAST_SPREAD = 2.0
-SMALLEST_LEVEL = 24
+MIN_SPREAD = 2.0
+MIN_LEVEL_PX = 24
 BANDS = 4
 
 
@@ -69,10 +69,10 @@ class PictureMaps:
 def picture_maps(grey: Map) -> PictureMaps:
     """The maps of a picture (h, w) in grey levels 0 to 255."""
     height, width = grey.shape
-    shrink = max(1.0, max(height, width) / LARGEST)
+    shrink = max(1.0, max(height, width) / MAX_SIDE_PX)
     if shrink > 1.0:
         grey = _shrunk(grey, (round(width / shrink), round(height / shrink)))
-    half = 2.0 if max(grey.shape) > FULL_SIZE else 1.0
+    half = 2.0 if max(grey.shape) > MAX_UNHALVED_PX else 1.0
     size = (round(grey.shape[1] / half), round(grey.shape[0] / half))
     base = _shrunk(grey, size) if half > 1.0 else grey
     # In place where it can be: large arrays cost more to fetch than to fill.
@@ -85,7 +85,7 @@ def picture_maps(grey: Map) -> PictureMaps:
     spread = 1.4826 * float(np.median(np.abs(few - median)))
     levels = tuple(_pyramid(channel) for channel in (base, *rough))
     return PictureMaps(
-        levels, half * shrink, median, max(spread, LEAST_SPREAD), _coarseness(levels[0]), (width, height)
+        levels, half * shrink, median, max(spread, MIN_SPREAD), _coarseness(levels[0]), (width, height)
     )
 
 
@@ -126,7 +126,7 @@ def _coarseness(levels: tuple[Map, ...]) -> Map:
 
 def _pyramid(base: Map) -> tuple[Map, ...]:
     levels = [base]
-    while min(levels[-1].shape) >= 2 * SMALLEST_LEVEL:
+    while min(levels[-1].shape) >= 2 * MIN_LEVEL_PX:
         levels.append(np.asarray(cv2.pyrDown(levels[-1]), np.float32))
     return tuple(levels)
 

@@ -20,7 +20,7 @@ Points = NDArray[np.float64]
 
 STRETCH_PERCENTILES = (0.5, 99.5)
 # Detectors were made for pictures of this size: smaller ones are enlarged.
-WORKING_WIDTH = 640
+WORKING_WIDTH_PX = 640
 
 # Half window of the corner's refinement, as a share of the distance between corners: it must not reach the next.
 SUBPIX_SHARE = 0.35
@@ -62,7 +62,7 @@ def stretched(picture: NDArray[Any]) -> NDArray[np.uint8]:
 def find_board(picture: NDArray[Any], board: Board) -> Points | None:
     """The board's points (N, 2) in a picture (H, W) of 8 or 16 bits, in the order of `board.points`; None without."""
     grey = stretched(picture)
-    factor = max(1, -(-WORKING_WIDTH // grey.shape[1]))
+    factor = max(1, -(-WORKING_WIDTH_PX // grey.shape[1]))
     large = cv2.resize(grey, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC) if factor > 1 else grey
     for polarity in (large, cv2.bitwise_not(large)):
         look = _circles if board.circles else _corners

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 from rover.vision.calibration.board import stretched
-from rover.vision.calibration.intrinsics import LOOSEST_FOCAL, Calibration, Freedom, board_pose, calibrated
+from rover.vision.calibration.intrinsics import MAX_FOCAL_SIGMA, Calibration, Freedom, board_pose, calibrated
 from rover.vision.camera.model import CameraModel
 
 Points = NDArray[np.float64]
 
 # Area of the box as a share of the picture's.
-SMALLEST_SHARE, LARGEST_SHARE = 0.02, 0.9
+MIN_SHARE, MAX_SHARE = 0.02, 0.9
 
 # In widths of the picture.
 START_FOCALS = (0.8, 1.2, 1.8, 2.8)
@@ -47,7 +47,7 @@ def find_box(picture: NDArray[Any]) -> Points | None:
             share = cv2.contourArea(outline) / mask.size
             rough = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True).reshape(-1, 2)
             inside = outline.min() > 0 and (outline.reshape(-1, 2).max(axis=0) < np.array(mask.shape[::-1]) - 1).all()
-            if len(rough) == 4 and inside and SMALLEST_SHARE < share < LARGEST_SHARE and (not best or share > best[0]):
+            if len(rough) == 4 and inside and MIN_SHARE < share < MAX_SHARE and (not best or share > best[0]):
                 best = share, _sharpened(np.asarray(polarity, np.uint8), rough.astype(np.float64), float(limit))
     if best is None:
         return None
@@ -73,7 +73,7 @@ def calibrate_box(
             best = found
     assert best is not None
     looseness = best.sigmas["f"] / best.camera.fx
-    if not (0.2 * size[0] < best.camera.fx < 50 * size[0] and looseness < 5.0 * LOOSEST_FOCAL):
+    if not (0.2 * size[0] < best.camera.fx < 50 * size[0] and looseness < 5.0 * MAX_FOCAL_SIGMA):
         raise BadInput(
             "calibration: the box does not determine the focal length: it is seen from the front; turn it by 30° to 50°"
         )

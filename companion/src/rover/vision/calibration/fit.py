@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 Residuals = Callable[[Array, Array], Array]
 
 STEP = 1e-6
-ROUNDS = 60
+MAX_ROUNDS = 60
 CONVERGED = 1e-8
 # In units of the residuals' own scatter.
 CAUCHY = 3.0
@@ -49,7 +49,7 @@ def fit(residuals: Residuals, shared: Array, poses: Array) -> Fit:
     """Minimises the residuals from a start that must be near. Without views (V = 0 poses) `poses` is (1, 0)."""
     damping = 1e-3
     current = residuals(shared, poses)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         weights = _weights(current)
         jacobian = _jacobian(residuals, shared, poses)
         normal = _squared(jacobian, weights)

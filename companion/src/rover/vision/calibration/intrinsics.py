@@ -20,15 +20,15 @@ from rover.vision.camera.model import CameraModel
 
 Points = NDArray[np.float64]
 
-FEWEST_VIEWS = 3
+MIN_VIEWS = 3
 # At least two views must differ by this much in how the board is tilted.
-LEAST_TILT = math.radians(10.0)
+MIN_TILT = math.radians(10.0)
 
 # Largest standard deviation of the focal length, as a share of it, with which a calibration is given out.
-LOOSEST_FOCAL = 0.02
+MAX_FOCAL_SIGMA = 0.02
 
 # Reprojection error, as a share of the picture's width, beyond which the points are not those of the board.
-LARGEST_RMS_SHARE = 0.02
+MAX_RMS_SHARE = 0.02
 
 COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3")
 
@@ -79,8 +79,8 @@ def calibrate(
 
     Raises BadInput, one line, when the views are too few or do not determine the camera.
     """
-    if len(views) < FEWEST_VIEWS:
-        raise BadInput(f"calibration: the board was found in {len(views)} pictures, at least {FEWEST_VIEWS} are needed")
+    if len(views) < MIN_VIEWS:
+        raise BadInput(f"calibration: the board was found in {len(views)} pictures, at least {MIN_VIEWS} are needed")
     observed = np.stack(views)
     start = _start(points, observed, size, name)
     poses = np.stack([board_pose(start, points, view) for view in observed])
@@ -194,12 +194,12 @@ def _check(found: Calibration, poses: Points) -> None:
     spread = float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0)).max())
     focal = min(camera.fx, camera.fy)
     looseness = max(sigmas.get("f", 0.0), sigmas.get("fx", 0.0), sigmas.get("fy", 0.0)) / max(focal, 1e-9)
-    if not math.isfinite(found.rms) or found.rms > LARGEST_RMS_SHARE * camera.width:
+    if not math.isfinite(found.rms) or found.rms > MAX_RMS_SHARE * camera.width:
         raise BadInput(
             f"calibration: the points miss the board by {found.rms:.1f} px RMS: "
             "wrong numbers of columns and rows, or wrong points in a picture"
         )
-    if spread < LEAST_TILT or not 0.0 < looseness < LOOSEST_FOCAL:
+    if spread < MIN_TILT or not 0.0 < looseness < MAX_FOCAL_SIGMA:
         raise BadInput(
             f"calibration: the {len(poses)} views do not determine the focal length "
             f"(it could be off by {min(looseness, 9.99):.1%}; the board's tilt differs by {math.degrees(spread):.0f}° "

@@ -20,12 +20,12 @@ from rover.vision.camera.model import OPTICAL_IN_LEVEL, CameraModel
 
 Points = NDArray[np.float64]
 
-FEWEST_POINTS = 4
+MIN_POINTS = 4
 # The points' smaller extent as a share of the larger one: below it they lie on a line.
-LEAST_SPREAD = 0.05
+MIN_SPREAD = 0.05
 
 # Largest standard deviation of the position, as a share of the height, with which a mount is given out.
-LOOSEST_POSITION = 0.2
+MAX_POSITION_SIGMA = 0.2
 
 MOUNT = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -64,10 +64,10 @@ def mount_from_ground(camera: CameraModel, pixels: Points, ground: Points) -> Mo
 
     Raises BadInput for too few points, points on a line, or points that do not determine the mount.
     """
-    if len(pixels) < FEWEST_POINTS:
-        raise BadInput(f"ground points: {len(pixels)} are given, at least {FEWEST_POINTS} are needed, better 8 or more")
+    if len(pixels) < MIN_POINTS:
+        raise BadInput(f"ground points: {len(pixels)} are given, at least {MIN_POINTS} are needed, better 8 or more")
     extent = np.linalg.svd(ground - ground.mean(axis=0), compute_uv=False)
-    if extent[1] < LEAST_SPREAD * extent[0]:
+    if extent[1] < MIN_SPREAD * extent[0]:
         raise BadInput("ground points: they lie on one line; spread them over the ground that the camera sees")
     start = _start(camera, pixels, ground)
 
@@ -84,7 +84,7 @@ def mount_from_ground(camera: CameraModel, pixels: Points, ground: Points) -> Mo
     turn = np.column_stack([_angle_change(result, axis) for axis in range(3)])
     to_mount = np.block([[np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), turn]])
     covariance = to_mount @ found.covariance @ to_mount.T
-    if result.z <= 0.0 or math.sqrt(covariance[:3, :3].trace()) > LOOSEST_POSITION * result.z:
+    if result.z <= 0.0 or math.sqrt(covariance[:3, :3].trace()) > MAX_POSITION_SIGMA * result.z:
         raise BadInput(
             f"ground points: they do not determine the mount (errors of {found.rms:.1f} px RMS): "
             "check that each pixel belongs to its point, and spread the points"

@@ -14,10 +14,10 @@ Points = NDArray[np.float64]
 # Radius of the window as a share of the distance between corners: the next edge stays outside.
 WINDOW_SHARE = 0.45
 
-ROUNDS = 15
+MAX_ROUNDS = 15
 STEPS = np.array([1e-4, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3, 1e-4])
 # A fit that wanders off by more than this share of the distance is not believed; the corner stays where it was.
-FARTHEST_SHARE = 0.3
+MAX_SHIFT_SHARE = 0.3
 
 
 def refine_saddles(grey: NDArray[np.uint8], corners: Points, columns: int) -> Points:
@@ -35,7 +35,7 @@ def refine_saddles(grey: NDArray[np.uint8], corners: Points, columns: int) -> Po
     )
     damping = np.full(len(shape), 1e-2)
     error = _error(pixels, values, inside, shape)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         jacobian = np.stack(
             [(_error(pixels, values, inside, shape + step) - error) / step[i] for i, step in enumerate(np.diag(STEPS))],
             axis=2,
@@ -51,7 +51,7 @@ def refine_saddles(grey: NDArray[np.uint8], corners: Points, columns: int) -> Po
         shape, error = np.where(better[:, None], trial, shape), np.where(better[:, None], changed, error)
         damping = np.where(better, damping * 0.3, damping * 10.0)
     moved = shape[:, :2]
-    near = np.linalg.norm(moved - corners, axis=1) < FARTHEST_SHARE * spacing
+    near = np.linalg.norm(moved - corners, axis=1) < MAX_SHIFT_SHARE * spacing
     return np.where(near[:, None], moved, corners)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.float32]
 
 # Pixels over which the scene is taken to be smooth when stripes are told from it.
-STRIPE_WINDOW = 9
+STRIPE_WINDOW_PX = 9
 
 # A pixel this many times the mean deviation away from the median of its neighbours is dead or stuck.
 DEAD_FACTOR = 12.0
@@ -45,7 +45,7 @@ def remove_stripes(image: Image) -> Image:
     An offset is the mean along its line of what differs from the neighbouring lines, clipped so that the edges of
     the scene don't count.
     """
-    for kernel, axis in (((STRIPE_WINDOW, 1), 0), ((1, STRIPE_WINDOW), 1)):
+    for kernel, axis in (((STRIPE_WINDOW_PX, 1), 0), ((1, STRIPE_WINDOW_PX), 1)):
         sharp = image - cv2.blur(image, kernel, borderType=cv2.BORDER_REFLECT_101)
         limit = 2.0 * float(cv2.mean(np.abs(sharp))[0])
         offsets = np.clip(sharp, -limit, limit).mean(axis=axis, keepdims=True)

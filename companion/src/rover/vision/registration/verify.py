@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rover.vision.registration.refine import lay
 
 # Pixels of σ over which both are smoothed first: noise agrees with nothing, and parallax moves edges a little.
-BLUR = 2.0
+BLUR_PX = 2.0
 
 # Along each side of what both show.
 TILES = 5
@@ -64,7 +64,7 @@ def _both(
     if laid is None:
         return None
     a, b = (
-        np.asarray(cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR), np.float32) for p in (laid[0], picture_b)
+        np.asarray(cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR_PX), np.float32) for p in (laid[0], picture_b)
     )
     return a, b, laid[1] > 0
 

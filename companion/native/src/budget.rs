@@ -2,34 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-/// Seconds that a lattice's cell costs the searches of one tour, about, before any has been timed.
-const CELL_S: f64 = 50e-9;
-/// Cells above which a lattice costs more than it brings to a counted budget.
-const MAX_COUNTED_CELLS: f64 = 60_000.0;
-/// Share of the time left that an improvement may be expected to take.
-const MAX_SHARE: f64 = 0.8;
 /// Iterations between two looks at the clock.
 const CLOCK_PERIOD: u64 = 8;
 /// The longest budget, in milliseconds: eleven days.
 const MAX_BUDGET_MS: f64 = 1e9;
-
-/// How fast lattices have been searched so far.
-#[derive(Default)]
-pub struct Pace {
-    seconds_per_cell: Option<f64>,
-}
-
-impl Pace {
-    /// Seconds that searches over so many `cells` will take, about.
-    pub fn expected(&self, cells: f64) -> f64 {
-        cells * self.seconds_per_cell.unwrap_or(CELL_S)
-    }
-
-    /// Learns from searches over so many `cells`.
-    pub fn saw(&mut self, cells: f64, seconds: f64) {
-        self.seconds_per_cell = Some(seconds / cells);
-    }
-}
 
 /// Iterations and time that are left.
 pub struct Budget {
@@ -51,16 +27,17 @@ impl Budget {
         }
     }
 
-    /// From now on time ends so many `milliseconds` after `started`, if that is said.
-    pub fn end_after(&mut self, started: Instant, milliseconds: Option<f64>) {
-        self.deadline = milliseconds
-            .map(|ms| started + Duration::from_secs_f64(ms.clamp(0.0, MAX_BUDGET_MS) * 1e-3));
-        self.expired = self.late();
-    }
-
-    /// A new total of iterations for what follows.
-    pub fn improve_until(&mut self, limit: u64) {
-        self.limit = limit;
+    /// From now on, time ends so many `milliseconds` after `started` and there are so many `iterations`, where these are
+    /// given.
+    pub fn begin_improvement(
+        &mut self,
+        started: Instant,
+        milliseconds: Option<f64>,
+        iterations: Option<u64>,
+    ) {
+        let duration = |ms: f64| Duration::from_secs_f64(ms.clamp(0.0, MAX_BUDGET_MS) * 1e-3);
+        self.deadline = milliseconds.map(|ms| started + duration(ms));
+        self.limit = iterations.map_or(u64::MAX, |limit| self.used.saturating_add(limit));
         self.expired = self.late();
     }
 
@@ -85,21 +62,6 @@ impl Budget {
     pub fn late(&self) -> bool {
         self.deadline
             .is_some_and(|deadline| Instant::now() >= deadline)
-    }
-
-    /// True when there is time for searches over a lattice of so many `cells` that take `seconds`, about. Counted
-    /// budgets get a fixed answer, so that they stay repeatable.
-    pub fn affords(&self, seconds: f64, cells: f64) -> bool {
-        if self.expired || self.used >= self.limit {
-            return false;
-        }
-        match self.deadline {
-            None => cells <= MAX_COUNTED_CELLS,
-            Some(deadline) => {
-                let left = deadline.saturating_duration_since(Instant::now());
-                seconds < MAX_SHARE * left.as_secs_f64()
-            }
-        }
     }
 
     /// When the time is over, if ever.
@@ -129,7 +91,7 @@ mod tests {
         let mut budget = Budget::new(3);
         assert_eq!((0..5).filter(|_| budget.spend()).count(), 3);
         assert!(budget.exhausted() && !budget.late());
-        budget.improve_until(4);
+        budget.begin_improvement(Instant::now(), None, Some(1));
         assert!(budget.spend() && !budget.spend());
         assert_eq!(budget.used, 4);
     }
@@ -146,7 +108,7 @@ mod tests {
     #[test]
     fn a_deadline_in_the_past_ends_everything_at_once() {
         let mut budget = Budget::new(1_000);
-        budget.end_after(Instant::now(), Some(0.0));
+        budget.begin_improvement(Instant::now(), Some(0.0), None);
         assert!(budget.late() && budget.exhausted() && !budget.spend());
     }
 }

@@ -1,7 +1,7 @@
 //! The inner loops of the rover's planner.
 //!
 //! A plan is a pure function of a map, a request and a seed. The folders, each of which uses only those before it:
-//! `map` (collision checks and clearance), `lattice` (graph search over the map), `tree` (sampling planners), `path`
+//! `map` (collision checks and clearance), `lattice` and `tangent` (graph search), `tree` (sampling planners), `path`
 //! (simplification, order of visit), `replan` (what survives when the map changes), `planner` (one plan from request to
 //! outcome). `viewpoint` counts what a camera would see. `python` converts and checks values, and does nothing else.
 
@@ -18,5 +18,6 @@ pub mod planner;
 mod python;
 pub mod random;
 pub mod replan;
+pub mod tangent;
 pub mod tree;
 pub mod viewpoint;

@@ -2,7 +2,8 @@
 // headers are (-DWITH_OMPL). Reads one task from stdin, prints one line per run: method seed milliseconds length nodes.
 //
 //   grid: columns rows resolution radius, cells as one string of 0 and 1; circles: count, then x y r;
-//   stops: count, then x y, the start first; any_order seeds milliseconds_per_leg
+//   stops: count, then x y, the start first; order seeds milliseconds_per_leg. Order 0: as given, 1: any, 2: every two
+//   stops are a task of their own, and a seed is the number of the task.
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ struct Point { double x, y; };
 struct Circle { double x, y, r; };
 using Path = std::vector<Point>;
 
-static int columns, rows, any_order, seeds;
+static int columns, rows, order, seeds;
 static double resolution, radius, leg_ms, width, height;
 static std::vector<unsigned char> blocked, steps;
 static const int STEP[8][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
@@ -205,7 +206,7 @@ static std::vector<int> exact_order(const std::vector<std::vector<double>>& legs
   return order;
 }
 
-static void run_a_star(bool with_shortcuts) {
+static void run_a_star(bool with_shortcuts, int seed) {
   const auto begin = now();
   const int n = (int)stops.size();
   long nodes = 0;
@@ -215,7 +216,7 @@ static void run_a_star(bool with_shortcuts) {
     if (path.empty()) return std::numeric_limits<double>::infinity();
     return length(with_shortcuts ? shortcut(path) : path);
   };
-  if (any_order) {
+  if (order == 1) {
     std::vector<std::vector<double>> legs(n, std::vector<double>(n, 0));
     for (int a = 0; a < n; ++a)
       for (int b = a + 1; b < n; ++b) legs[a][b] = legs[b][a] = leg(a, b);
@@ -224,7 +225,7 @@ static void run_a_star(bool with_shortcuts) {
   } else {
     for (int a = 0; a + 1 < n; ++a) total += leg(a, a + 1);
   }
-  std::printf("%s 0 %.4f %.5f %ld\n", with_shortcuts ? "a-star-shortcuts" : "a-star", since(begin), total, nodes);
+  std::printf("%s %d %.4f %.5f %ld\n", with_shortcuts ? "a-star-shortcuts" : "a-star", seed, since(begin), total, nodes);
 }
 
 #ifdef WITH_OMPL
@@ -298,15 +299,24 @@ int main() {
   std::cin >> count;
   stops.resize(count);
   for (Point& p : stops) std::cin >> p.x >> p.y;
-  std::cin >> any_order >> seeds >> leg_ms;
+  std::cin >> order >> seeds >> leg_ms;
   if (!std::cin) return 2;
   blocked.resize(columns * rows);
   for (int cell = 0; cell < columns * rows; ++cell) blocked[cell] = cells[cell] == '1';
   const auto begin = now();
   inflate();
   std::printf("inflation 0 %.4f 0 0\n", since(begin));
-  run_a_star(false);
-  run_a_star(true);
+  if (order == 2) {
+    const std::vector<Point> all = stops;
+    for (size_t task = 0; task + 1 < all.size(); task += 2) {
+      stops = {all[task], all[task + 1]};
+      run_a_star(false, task / 2);
+      run_a_star(true, task / 2);
+    }
+    return 0;
+  }
+  run_a_star(false, 0);
+  run_a_star(true, 0);
 #ifdef WITH_OMPL
   ompl::msg::setLogLevel(ompl::msg::LOG_NONE);
   if (seeds > 0) {

@@ -24,6 +24,10 @@ SOURCE = Path(__file__).with_name("peers.cpp")
 OMPL_HEADERS = (Path("/usr/include/ompl-1.5"), Path("/usr/include/ompl"), Path("/usr/local/include/ompl"))
 
 
+# How the stops of a task are visited; pairs: every two stops are a task of their own.
+GIVEN, ANY, PAIRS = 0, 1, 2
+
+
 def build(folder: Path) -> tuple[Path | None, str]:
     """The compiled C++ peers and a line that says what is in them; none without a compiler."""
     compiler = shutil.which("g++") or shutil.which("c++")
@@ -50,7 +54,7 @@ def run(
     circles: Sequence[Sequence[float]],
     stops: Sequence[Point],
     *,
-    any_order: bool = False,
+    order: int = GIVEN,
     ompl_seeds: int = 0,
     leg_ms: float = 20.0,
 ) -> dict[str, list[Run]]:
@@ -59,7 +63,7 @@ def run(
     cells = "".join("1" if cell else "0" for cell in blocked.ravel())
     lines = [f"{columns} {rows} {resolution} {radius}", cells, str(len(circles))]
     lines += [" ".join(repr(float(v)) for v in circle) for circle in circles]
-    lines += [str(len(stops)), *(f"{x!r} {y!r}" for x, y in stops), f"{int(any_order)} {ompl_seeds} {leg_ms}"]
+    lines += [str(len(stops)), *(f"{x!r} {y!r}" for x, y in stops), f"{order} {ompl_seeds} {leg_ms}"]
     answer = subprocess.run([str(program)], input="\n".join(lines), capture_output=True, text=True, check=True)
     found: dict[str, list[Run]] = defaultdict(list)
     for line in answer.stdout.splitlines():

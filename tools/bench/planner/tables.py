@@ -163,7 +163,7 @@ def field_table(program: Path | None, seeds: int, sizes: Sequence[float], goals:
                 stops = (scene.start, *scene.goals)
                 ms, inflation, plain, short = 1000.0, float("nan"), float("nan"), float("nan")
                 if program is not None:
-                    found = peers.run(program, scene.blocked, RESOLUTION, RADIUS, [], stops, any_order=True)
+                    found = peers.run(program, scene.blocked, RESOLUTION, RADIUS, [], stops, order=peers.ANY)
                     ms, plain, _ = found["a-star"][0]
                     short = found["a-star-shortcuts"][0][1]
                     inflation = found["inflation"][0][0]

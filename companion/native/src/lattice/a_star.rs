@@ -12,6 +12,16 @@ const LINK_REACH: i64 = 2;
 /// Cells expanded between two looks at the clock.
 const CLOCK_PERIOD: usize = 1024;
 
+/// What a search found, and what it took.
+pub struct Found {
+    /// Per goal the path from the start, both ends included; none where the lattice has none.
+    pub paths: Vec<Option<Vec<Point>>>,
+    /// Cells that were expanded.
+    pub expanded: u64,
+    /// Cells that were labelled.
+    pub labelled: usize,
+}
+
 /// The path from `start` to each goal, with exact edges; none where the lattice has none. `late` is asked now and then
 /// whether to give up.
 pub fn search<F: Field>(
@@ -20,7 +30,7 @@ pub fn search<F: Field>(
     start: Point,
     goals: &[Point],
     late: impl Fn() -> bool,
-) -> Vec<Option<Vec<Point>>> {
+) -> Found {
     let (towards, least) = match goals {
         [goal] => (Some(*goal), octile(start, *goal)),
         _ => (None, 0.0),
@@ -67,8 +77,13 @@ pub fn search<F: Field>(
         .zip(goals)
         .map(|(&(_, end), &goal)| (end != usize::MAX).then(|| path(end, goal)))
         .collect();
+    let (expanded, labelled) = (frontier.expanded(), frontier.labelled());
     frontier.release(lattice);
-    found
+    Found {
+        paths: found,
+        expanded,
+        labelled,
+    }
 }
 
 /// The ends of a path over cells, and where it turns.
@@ -100,7 +115,7 @@ mod tests {
         let mut lattice = Lattice::new(&field, 1.0, 0.2);
         let (start, goal) = (Point::new(0.5, 4.5), Point::new(0.5, 6.5));
         let found = search(&mut lattice, &field, start, &[goal], || false);
-        let path = found[0].as_ref().expect("there is a way around");
+        let path = found.paths[0].as_ref().expect("there is a way around");
         // Nine columns out and back, and two rows up past the end of the wall.
         let shortest = 20.0;
         assert!(
@@ -124,7 +139,7 @@ mod tests {
         ];
         let found = search(&mut lattice, &field, Point::new(0.5, 0.5), &goals, || false);
         assert_eq!(
-            found.iter().map(Option::is_some).collect::<Vec<_>>(),
+            found.paths.iter().map(Option::is_some).collect::<Vec<_>>(),
             [true, false, true]
         );
     }
@@ -135,6 +150,6 @@ mod tests {
         let mut lattice = Lattice::new(&field, 1.0, 0.2);
         let goals = [Point::new(299.5, 299.5), Point::new(299.5, 0.5)];
         let found = search(&mut lattice, &field, Point::new(0.5, 0.5), &goals, || true);
-        assert!(found.iter().all(Option::is_none));
+        assert!(found.paths.iter().all(Option::is_none));
     }
 }

@@ -12,8 +12,19 @@ use crate::map::field::Field;
 const LINK_SLACK: f64 = 0.25;
 /// Spacings below a whole path's bound at which the first bucket begins: links may make a path that much shorter.
 const FIRST_BUCKET: f64 = 4.0;
-/// Metres that a new label must save, against loops of rounding.
-const MIN_GAIN_M: f64 = 1e-12;
+/// Share of the spacing that a new label must save: more than costs are rounded by.
+const MIN_GAIN: f64 = 1e-3;
+/// Directions of `NEIGHBOURS`, as bits, in which a search goes on from an open cell that it has reached in each direction.
+const NATURAL: [u8; 8] = [
+    0b0000_0001, // right
+    0b0000_0010, // up
+    0b0000_0100, // left
+    0b0000_1000, // down
+    0b0001_0011, // up and right
+    0b0010_0110, // up and left
+    0b0100_1100, // down and left
+    0b1000_1001, // down and right
+];
 
 /// Length of the shortest 8-connected path where nothing is in the way.
 pub fn octile(a: Point, b: Point) -> f64 {
@@ -30,6 +41,11 @@ pub struct Frontier {
     width: f64,
     /// The bucket that is being emptied.
     at: usize,
+    expanded: u64,
+    /// Metres of a straight and of a diagonal step.
+    steps: [f32; 2],
+    /// Metres that a new label must save.
+    min_gain: f32,
 }
 
 impl Frontier {
@@ -41,6 +57,9 @@ impl Frontier {
             zero: least - FIRST_BUCKET * lattice.spacing,
             width: lattice.spacing,
             at: 0,
+            expanded: 0,
+            steps: [lattice.spacing, std::f64::consts::SQRT_2 * lattice.spacing].map(|s| s as f32),
+            min_gain: (MIN_GAIN * lattice.spacing) as f32,
         }
     }
 
@@ -55,27 +74,24 @@ impl Frontier {
         lattice.components.push(self.labels);
     }
 
-    fn push(&mut self, index: usize, p: Point, cost: f64) {
+    fn push(&mut self, index: usize, p: Point, cost: f32) {
         let ahead = self
             .towards
             .map_or(0.0, |goal| octile(p, goal) - LINK_SLACK * self.width);
-        let key = (cost + ahead - self.zero).max(0.0);
+        let key = (f64::from(cost) + ahead - self.zero).max(0.0);
         let bucket = ((key / self.width) as usize).max(self.at);
-        let buckets = &mut self.labels.buckets;
-        if bucket >= buckets.len() {
-            buckets.resize_with(bucket + 1, Vec::new);
-        }
-        buckets[bucket].push((cost, index as u32));
+        self.labels.push(bucket, index, cost);
     }
 
     /// Makes a cell a source, unless it is known to cost less already; true when it was taken.
     pub fn add_source(&mut self, lattice: &Lattice, index: usize, cost: f64) -> bool {
         let state = self.labels.state[index];
-        if state & !TARGET != UNREACHED && self.labels.cost[index] <= cost {
+        if state & !TARGET != UNREACHED && self.labels.cost[index] <= cost as f32 {
             return false;
         }
-        self.labels.set(index, cost, (state & TARGET) | SOURCE);
-        self.push(index, lattice.point(index), cost);
+        self.labels
+            .set(index, cost as f32, (state & TARGET) | SOURCE);
+        self.push(index, lattice.point(index), cost as f32);
         true
     }
 
@@ -97,10 +113,11 @@ impl Frontier {
 
     /// The next cell to expand, with its cost.
     pub fn pop(&mut self) -> Option<(f64, usize)> {
-        while self.at < self.labels.buckets.len() {
-            while let Some((cost, index)) = self.labels.buckets[self.at].pop() {
-                if cost <= self.labels.cost[index as usize] {
-                    return Some((cost, index as usize));
+        while self.at < self.labels.buckets() {
+            while let Some((cost, index)) = self.labels.pop(self.at) {
+                if cost <= self.labels.cost[index] {
+                    self.expanded += 1;
+                    return Some((f64::from(cost), index));
                 }
             }
             self.at += 1;
@@ -113,36 +130,45 @@ impl Frontier {
         self.at as f64 * self.width + self.zero
     }
 
-    /// Labels the neighbours to which the cell has a clear edge.
+    /// Labels the neighbours to which the cell has a clear edge. Where all edges around it are clear, only those that no
+    /// other shortest path replaces (the natural neighbours of jump point search, Harabor and Grastien 2011).
     pub fn expand<F: Field>(&mut self, lattice: &mut Lattice, field: &F, cost: f64, index: usize) {
+        let edges = lattice.edges(field, index);
+        let arrival = (self.labels.state[index] & !TARGET).checked_sub(FIRST_DIRECTION);
+        let mut directions = match arrival {
+            Some(arrival) if edges.all_around => NATURAL[arrival as usize],
+            _ => edges.directions,
+        };
         let (column, row) = lattice.place(index);
-        let clearance = lattice.clearance(field, index);
-        for (direction, (across, up)) in NEIGHBOURS.into_iter().enumerate() {
-            let (x, y) = (column + across, row + up);
-            let Some(next) = lattice.index(x, y) else {
-                continue;
-            };
+        while directions != 0 {
+            let direction = directions.trailing_zeros() as usize;
+            directions &= directions - 1;
             let diagonal = direction >= FIRST_DIAGONAL;
-            let step = if diagonal {
-                std::f64::consts::SQRT_2 * self.width
-            } else {
-                self.width
-            };
-            let new = cost + step;
+            let new = cost as f32 + self.steps[usize::from(diagonal)];
+            let (across, up) = NEIGHBOURS[direction];
+            let next = (index as i64 + across + up * lattice.columns as i64) as usize;
             let known = self.labels.state[next];
-            if (known & !TARGET == UNREACHED || new < self.labels.cost[next] - MIN_GAIN_M)
-                && lattice.edge_clear(field, (index, clearance), next, diagonal)
-            {
+            if known & !TARGET == UNREACHED || new < self.labels.cost[next] - self.min_gain {
                 let state = (known & TARGET) | (FIRST_DIRECTION + direction as u8);
                 self.labels.set(next, new, state);
-                self.push(next, lattice.at(x, y), new);
+                self.push(next, lattice.at(column + across, row + up), new);
             }
         }
     }
 
+    /// How many cells have been expanded.
+    pub fn expanded(&self) -> u64 {
+        self.expanded
+    }
+
+    /// How many cells have been labelled.
+    pub fn labelled(&self) -> usize {
+        self.labels.count()
+    }
+
     /// The cost of a reached cell, as far as the search knows.
     pub fn cost(&self, index: usize) -> f64 {
-        self.labels.cost[index]
+        f64::from(self.labels.cost[index])
     }
 
     /// The cell through which this one was reached; none for a source.

@@ -17,6 +17,8 @@ pub struct Lattice {
     pub radius: f64,
     /// Per cell's centre: a lower bound of its clearance, once it has been looked up.
     clearance: Vec<f32>,
+    /// Per cell: directions of clear edges, `KNOWN` and perhaps `ALL_AROUND`; 0 until they have been checked.
+    edges: Vec<u16>,
     /// Cells whose clearance has been looked up.
     known: Vec<u32>,
     /// Of searches that have ended, for the next ones.
@@ -25,6 +27,19 @@ pub struct Lattice {
     pub components: Vec<Labels>,
     /// Clearance of both ends from which on a straight and a diagonal edge are clear without a check.
     ample: [f32; 2],
+}
+
+/// In `edges`: they have been checked.
+const KNOWN: u16 = 1 << 8;
+/// In `edges`: every edge between two of the nine cells around this one is clear.
+const ALL_AROUND: u16 = 1 << 9;
+
+/// The clear edges of a cell.
+pub struct Edges {
+    /// Directions of `NEIGHBOURS`, as bits.
+    pub directions: u8,
+    /// Every edge between two of the nine cells around this one is clear.
+    pub all_around: bool,
 }
 
 /// In `clearance`: not looked up yet.
@@ -68,6 +83,7 @@ impl Lattice {
             spacing,
             radius,
             clearance: vec![UNKNOWN; columns * rows],
+            edges: vec![0; columns * rows],
             known: Vec::new(),
             labels: Vec::new(),
             components: Vec::new(),
@@ -84,6 +100,7 @@ impl Lattice {
         lattice.columns += 1;
         lattice.rows += 1;
         lattice.clearance = vec![UNKNOWN; lattice.size()];
+        lattice.edges = vec![0; lattice.size()];
         lattice
     }
 
@@ -100,6 +117,7 @@ impl Lattice {
     pub fn reset(&mut self) {
         for index in self.known.drain(..) {
             self.clearance[index as usize] = UNKNOWN;
+            self.edges[index as usize] = 0;
         }
         for mut labels in std::mem::take(&mut self.components) {
             labels.wipe();
@@ -140,6 +158,41 @@ impl Lattice {
         self.clearance[index]
     }
 
+    /// The clear edges that lead from a cell; checked once.
+    pub fn edges<F: Field>(&mut self, field: &F, index: usize) -> Edges {
+        if self.edges[index] == 0 {
+            self.edges[index] = KNOWN | self.checked_edges(field, index);
+        }
+        let found = self.edges[index];
+        Edges {
+            directions: found as u8,
+            all_around: found & ALL_AROUND != 0,
+        }
+    }
+
+    fn checked_edges<F: Field>(&mut self, field: &F, index: usize) -> u16 {
+        let clearance = self.clearance(field, index);
+        if clearance < 0.0 {
+            return 0;
+        }
+        let (column, row) = self.place(index);
+        let mut directions = 0;
+        for (direction, (across, up)) in NEIGHBOURS.into_iter().enumerate() {
+            if let Some(next) = self.index(column + across, row + up) {
+                let diagonal = direction >= FIRST_DIAGONAL;
+                if self.edge_clear(field, (index, clearance), next, diagonal) {
+                    directions |= 1 << direction;
+                }
+            }
+        }
+        // Clearance is 1-Lipschitz: then every edge between two of the nine cells is clear as well.
+        let ample = self.ample[1] + (std::f64::consts::SQRT_2 * self.spacing) as f32;
+        if directions == 0xff && clearance >= ample {
+            directions |= ALL_AROUND;
+        }
+        directions
+    }
+
     /// True when the edge from one cell, which has this clearance, to a neighbour is clear.
     pub fn edge_clear<F: Field>(
         &mut self,
@@ -177,6 +230,11 @@ impl Lattice {
         offsets
             .filter_map(|(across, up)| self.index(column + across, row + up))
             .collect()
+    }
+
+    /// How many cells have been looked up.
+    pub fn known_cells(&self) -> u64 {
+        self.known.len() as u64
     }
 
     /// Number of cells.

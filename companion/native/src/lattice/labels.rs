@@ -12,12 +12,26 @@ pub const TARGET: u8 = 0x80;
 /// Costs and parents of cells, and the queue. Wiped after each search, so that the next one does not pay for a whole map.
 #[derive(Default)]
 pub struct Labels {
-    pub(super) cost: Vec<f64>,
+    pub(super) cost: Vec<f32>,
     pub(super) state: Vec<u8>,
     touched: Vec<u32>,
-    /// Cells that wait to be expanded, with their cost when they were put in.
-    pub(super) buckets: Vec<Vec<(f64, u32)>>,
+    /// Per bucket of the queue the entry that was put in last.
+    heads: Vec<u32>,
+    entries: Vec<Entry>,
 }
+
+/// A cell that waits to be expanded.
+#[derive(Clone, Copy)]
+struct Entry {
+    cell: u32,
+    /// Its cost when it was put in.
+    cost: f32,
+    /// The entry of the same bucket that was put in before it.
+    next: u32,
+}
+
+/// No entry.
+const NONE: u32 = u32::MAX;
 
 impl Labels {
     /// Blank labels for so many `cells`.
@@ -27,11 +41,12 @@ impl Labels {
             cost: vec![0.0; cells],
             state: vec![UNREACHED; cells],
             touched: Vec::new(),
-            buckets: Vec::new(),
+            heads: Vec::new(),
+            entries: Vec::new(),
         }
     }
 
-    pub(super) fn set(&mut self, index: usize, cost: f64, state: u8) {
+    pub(super) fn set(&mut self, index: usize, cost: f32, state: u8) {
         if self.state[index] == UNREACHED {
             self.touched.push(index as u32);
         }
@@ -54,8 +69,30 @@ impl Labels {
         for index in self.touched.drain(..) {
             self.state[index as usize] = UNREACHED;
         }
-        for bucket in &mut self.buckets {
-            bucket.clear();
+        self.heads.clear();
+        self.entries.clear();
+    }
+
+    /// Puts a cell into a bucket of the queue.
+    pub(super) fn push(&mut self, bucket: usize, cell: usize, cost: f32) {
+        if bucket >= self.heads.len() {
+            self.heads.resize(bucket + 1, NONE);
         }
+        let next = std::mem::replace(&mut self.heads[bucket], self.entries.len() as u32);
+        let cell = cell as u32;
+        self.entries.push(Entry { cell, cost, next });
+    }
+
+    /// Takes the cell that was put into this bucket last, with its cost then.
+    pub(super) fn pop(&mut self, bucket: usize) -> Option<(f32, usize)> {
+        let head = self.heads.get_mut(bucket)?;
+        let entry = self.entries.get(*head as usize)?;
+        *head = entry.next;
+        Some((entry.cost, entry.cell as usize))
+    }
+
+    /// Number of buckets.
+    pub(super) fn buckets(&self) -> usize {
+        self.heads.len()
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod a_star;
 pub mod bidirectional;
+pub mod cache;
 pub mod feasibility;
 pub mod frontier;
 pub mod graph;

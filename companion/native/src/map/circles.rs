@@ -12,6 +12,8 @@ const MAX_PIECES: f64 = 4096.0;
 const PIECE_BUCKETS: f64 = 2.0;
 /// Cells of the coarse lattice along the longer side.
 const COARSE_CELLS: f64 = 96.0;
+/// Spacings of the finest lattice in one radius of the robot, at most.
+const MAX_SPACINGS: f64 = 3.0;
 /// How much finer the fine lattice is, where there are many circles.
 const REFINEMENT: f64 = 4.0;
 
@@ -108,13 +110,19 @@ impl Field for Circles {
         true
     }
 
-    fn lattice_spacings(&self, _radius: f64) -> Vec<f64> {
+    fn circular_obstacles(&self) -> Option<&[(Point, f64)]> {
+        Some(&self.obstacles)
+    }
+
+    fn lattice_spacings(&self, radius: f64) -> Vec<f64> {
         let coarse = self.width.max(self.height) / COARSE_CELLS;
-        if self.index.is_none() {
+        // Passages are as wide as the circles are apart: finer where there are many. Passages that are finer still are left
+        // to tangents.
+        let fine = (coarse / REFINEMENT).max(radius / MAX_SPACINGS);
+        if self.index.is_none() || fine >= coarse {
             return vec![coarse];
         }
-        // Passages are as wide as the circles are apart: finer where there are many.
-        vec![coarse, coarse / REFINEMENT]
+        vec![coarse, fine]
     }
 }
 

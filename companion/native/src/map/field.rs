@@ -48,6 +48,11 @@ pub trait Field {
     /// Spacings of the lattices on which to search a path for a disc of `radius`, coarse to fine; at least one.
     fn lattice_spacings(&self, radius: f64) -> Vec<f64>;
 
+    /// Centre and radius of every obstacle, where all of them are circles.
+    fn circular_obstacles(&self) -> Option<&[(Point, f64)]> {
+        None
+    }
+
     /// The finest of them: no detail that matters is smaller.
     fn lattice_spacing(&self) -> f64 {
         self.lattice_spacings(0.0)

@@ -20,8 +20,6 @@ pub struct Tour {
     pub visits: Vec<usize>,
     /// One a visit.
     pub legs: Vec<Leg>,
-    /// Nodes that the search has made.
-    pub nodes: usize,
     /// When the first valid tour was known.
     pub first: Instant,
 }
@@ -32,7 +30,6 @@ impl Tour {
         Self {
             stops: [&[start], goals].concat(),
             visits: (0..goals.len()).collect(),
-            nodes: legs.iter().map(|leg| leg.path.len()).sum(),
             legs,
             first: Instant::now(),
         }

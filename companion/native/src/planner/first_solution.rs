@@ -1,24 +1,24 @@
 //! A first path to every goal that has one: by trees, and by lattices where trees find none.
 
-use crate::budget::Budget;
+use std::time::Instant;
+
 use crate::geometry::Point;
-use crate::lattice::feasibility::{self, Feasibility};
+use crate::lattice::feasibility::Feasibility;
 use crate::lattice::graph::Lattice;
 use crate::map::field::Field;
-use crate::path::simplify::Simplification;
 use crate::path::tour::straight_distances;
 use crate::path::visit_order;
 use crate::planner::connect_goals;
+use crate::planner::leg_search::LegSearch;
 use crate::planner::request::{Algorithm, Request};
-use crate::random::Random;
 use crate::replan::state::ReplanState;
-use crate::tree::rrt::{GrowingTree, GrowthSettings};
-use crate::tree::rrt_star;
+use crate::tree::rrt::GrowingTree;
+use crate::tree::rrt_star::RrtStar;
 
 /// Tree extensions for each goal after which the search for a first solution is given up.
 pub const MAX_EXTENSIONS: u64 = 50_000;
 /// As many when no lattice has found a path either: what is left are passages finer than its spacing.
-const MAX_DOUBTFUL_EXTENSIONS: u64 = 10_000;
+pub const MAX_DOUBTFUL_EXTENSIONS: u64 = 10_000;
 /// Tree extensions before the lattice is asked which goals are possible at all.
 const MAX_FIRST_EXTENSIONS: u64 = 1_000;
 
@@ -34,8 +34,8 @@ pub struct FirstSolution {
     pub tree: Option<GrowingTree>,
     /// The coarsest lattice, if one was searched: the map is such that trees have a hard time.
     pub lattice: Option<Lattice>,
-    /// Nodes that were made.
-    pub nodes: usize,
+    /// RRT*: per visit the tree, where it has reached the goal.
+    pub stars: Vec<Option<RrtStar>>,
 }
 
 impl FirstSolution {
@@ -47,7 +47,7 @@ impl FirstSolution {
             paths: Vec::new(),
             tree: None,
             lattice: None,
-            nodes: 0,
+            stars: Vec::new(),
         }
     }
 
@@ -64,46 +64,43 @@ impl FirstSolution {
 
 /// A first path to every goal that has one. `state` holds the tree of the plan before.
 pub fn search<F: Field>(
-    field: &F,
+    legs: &mut LegSearch<F>,
     request: &Request,
     start: Point,
     state: &mut ReplanState,
-    simplification: Simplification,
-    random: &mut Random,
-    budget: &mut Budget,
 ) -> FirstSolution {
     let goals = &request.goals;
-    let growth = request.growth(field);
     let wanted: Vec<bool> = (goals.iter())
-        .map(|&goal| field.point_clear(goal, request.radius))
+        .map(|&goal| legs.field.point_clear(goal, request.radius))
         .collect();
-    if request.algorithm == Algorithm::MultiGoal {
-        let tree = state.take_tree(field, start, goals, growth, simplification);
-        one_tree(field, request, start, wanted, tree, random, budget)
-    } else {
-        staged(field, request, start, &wanted, random, budget)
+    match request.algorithm {
+        Algorithm::MultiGoal | Algorithm::Best => {
+            let settings = legs.simplification;
+            let tree = state.take_tree(legs.field, start, goals, legs.growth, settings);
+            one_tree(legs, goals, start, wanted, tree)
+        }
+        _ => staged(legs, request, start, &wanted),
     }
 }
 
 /// Figure 3: one tree from the start that seeks all goals; the lattice settles what the tree has not reached.
 fn one_tree<F: Field>(
-    field: &F,
-    request: &Request,
+    legs: &mut LegSearch<F>,
+    goals: &[Point],
     start: Point,
     mut wanted: Vec<bool>,
     mut tree: GrowingTree,
-    random: &mut Random,
-    budget: &mut Budget,
 ) -> FirstSolution {
-    let goals = &request.goals;
-    let growth = request.growth(field);
-    let whole = budget.capped(MAX_FIRST_EXTENSIONS);
-    tree.grow(field, goals, &wanted, growth, random, budget);
-    budget.restore(whole);
-    let lattice = connect_goals::connect_goals(field, &mut tree, goals, &mut wanted, growth.radius);
-    let whole = budget.capped(MAX_DOUBTFUL_EXTENSIONS);
-    tree.grow(field, goals, &wanted, growth, random, budget);
-    budget.restore(whole);
+    let (field, radius) = (legs.field, legs.growth.radius);
+    legs.grow(&mut tree, goals, &wanted, MAX_FIRST_EXTENSIONS);
+    let before = tree.tree.points.len();
+    let began = Instant::now();
+    let lattice = connect_goals::connect_goals(field, &mut tree, goals, &mut wanted, radius);
+    if let Some(lattice) = &lattice {
+        legs.stages.record("lattice", began, lattice.known_cells());
+        legs.stages.nodes += tree.tree.points.len() - before + lattice.known_cells() as usize;
+        legs.grow(&mut tree, goals, &wanted, MAX_DOUBTFUL_EXTENSIONS);
+    }
     let visits: Vec<usize> = (0..goals.len())
         .filter(|&goal| tree.reached[goal].is_some())
         .collect();
@@ -111,23 +108,20 @@ fn one_tree<F: Field>(
         start,
         visits,
         paths: Vec::new(),
-        nodes: tree.tree.points.len(),
         tree: Some(tree),
         lattice,
+        stars: Vec::new(),
     }
 }
 
 /// Section 3.5: a tree to the first goal, which then is the start of a new tree to the next.
 fn staged<F: Field>(
-    field: &F,
+    legs: &mut LegSearch<F>,
     request: &Request,
     start: Point,
     wanted: &[bool],
-    random: &mut Random,
-    budget: &mut Budget,
 ) -> FirstSolution {
     let goals = &request.goals;
-    let growth = request.growth(field);
     let mut sequence: Vec<usize> = (0..goals.len()).filter(|&goal| wanted[goal]).collect();
     if request.any_order {
         let mut stops = vec![start];
@@ -136,67 +130,54 @@ fn staged<F: Field>(
             .map(|&stop| sequence[stop - 1])
             .collect();
     }
-    let mut found = FirstSolution {
-        start,
-        visits: Vec::new(),
-        paths: Vec::new(),
-        nodes: 0,
-        tree: None,
-        lattice: None,
-    };
+    let mut found = FirstSolution::known(start, 0);
     let mut at = start;
     for goal in sequence {
-        let (path, nodes) = single(
-            field,
-            request.algorithm,
-            (at, goals[goal]),
-            growth,
-            random,
-            budget,
-        );
-        found.nodes += nodes;
+        let (path, star) = single(legs, request.algorithm, (at, goals[goal]));
         if let Some(path) = path {
             at = goals[goal];
             found.visits.push(goal);
             found.paths.push(path);
+            found.stars.push(star);
         }
     }
     found
 }
 
-/// One tree, one goal; and how many nodes were made. Gives up early when a flood proves that there is no path; falls back
-/// on the lattice's path.
+/// One tree, one goal; and the tree where it is RRT*'s. Gives up early when a flood proves that there is no path; falls
+/// back on the lattice's path.
 fn single<F: Field>(
-    field: &F,
+    legs: &mut LegSearch<F>,
     algorithm: Algorithm,
     (start, goal): (Point, Point),
-    growth: GrowthSettings,
-    random: &mut Random,
-    budget: &mut Budget,
-) -> (Option<Vec<Point>>, usize) {
-    let goals = [goal];
-    let mut nodes = 0;
+) -> (Option<Vec<Point>>, Option<RrtStar>) {
+    let (field, growth) = (legs.field, legs.growth);
     let mut known = None;
     for most in [MAX_FIRST_EXTENSIONS, MAX_EXTENSIONS] {
-        let whole = budget.capped(match known {
+        let most = match known {
             Some(Feasibility::Unknown) => MAX_DOUBTFUL_EXTENSIONS,
             _ => most,
-        });
-        let (path, made) = if algorithm == Algorithm::RrtStar {
-            rrt_star::plan(field, start, goal, growth, 0, random, budget)
-        } else {
-            let mut tree = GrowingTree::new(field, start, &goals, growth);
-            tree.grow(field, &goals, &[true], growth, random, budget);
-            let path = tree.reached[0].map(|node| tree.tree.path_to(node));
-            (path, tree.tree.points.len())
         };
-        budget.restore(whole);
-        nodes += made;
-        if path.is_some() {
-            return (path, nodes);
+        if algorithm == Algorithm::RrtStar {
+            let mut star = RrtStar::new(field, start, goal, growth);
+            let (began, used) = (Instant::now(), legs.budget.used);
+            let whole = legs.budget.capped(most);
+            star.solve(field, growth, legs.random, legs.budget);
+            legs.budget.restore(whole);
+            legs.stages.record("tree", began, legs.budget.used - used);
+            legs.stages.nodes += star.nodes();
+            if let Some(path) = star.path() {
+                return (Some(path), Some(star));
+            }
+        } else {
+            let mut tree = GrowingTree::new(field, start, &[goal], growth);
+            legs.grow(&mut tree, &[goal], &[true], most);
+            if let Some(node) = tree.reached[0] {
+                return (Some(tree.tree.path_to(node)), None);
+            }
         }
         if known.is_none() {
-            known = Some(feasibility::first_path(field, start, goal, growth.radius));
+            known = Some(legs.first_lattice_path(start, goal));
             if known == Some(Feasibility::Infeasible) {
                 break;
             }
@@ -204,7 +185,7 @@ fn single<F: Field>(
     }
     // The tree gave up where the lattice knows a path: that is better than none.
     match known {
-        Some(Feasibility::Path(path)) => (Some(path), nodes),
-        _ => (None, nodes),
+        Some(Feasibility::Path(path)) => (Some(path), None),
+        _ => (None, None),
     }
 }

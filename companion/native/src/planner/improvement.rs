@@ -1,9 +1,12 @@
 //! Makes a tour shorter for as long as the budget lasts.
+//!
+//! Whatever the budget, the steps are the same and come in the same order; it only decides how many of them are taken. A
+//! step either makes the tour shorter or leaves it as it is, and one that the budget ends is dropped as a whole. So more
+//! budget is never worse: the shorter budget's answer is on the way to the longer one's.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use crate::budget::Pace;
 use crate::geometry::{path_length, Point};
 use crate::lattice::graph::Lattice;
 use crate::map::field::Field;
@@ -19,66 +22,78 @@ const SHORTCUT_PERIOD: usize = 4;
 /// Random shortcuts that are then tried.
 const SHORTCUT_ATTEMPTS: usize = 16;
 
-/// Legs over finer and finer lattices, then RRT-Connect and random shortcuts, leg by leg, until the budget is spent or
-/// every leg is a straight line.
+/// Refines the legs, leads them along tangents among circles, orders the goals anew where that is allowed, then tries RRT-Connect and random shortcuts, leg by
+/// leg, until the budget is spent or every leg is a straight line.
 pub fn improve<F: Field>(legs: &mut LegSearch<F>, tour: &mut Tour, any_order: bool) {
-    over_lattices(legs, tour, any_order);
+    let over = |legs: &LegSearch<F>| legs.budget.exhausted() || legs.budget.late();
+    refine_all(legs, tour);
+    by_tangents(legs, tour);
+    if any_order && tour.legs.len() > 1 && !over(legs) {
+        let mut lattice = legs.take_lattice();
+        if let Some(reordered) = reordered(legs, tour, &mut lattice) {
+            tour.legs = reordered;
+            refine_all(legs, tour);
+            by_tangents(legs, tour);
+        }
+        legs.lattices.give(lattice);
+    }
     let mut round = 0usize;
-    let mut best: Vec<f64> = tour.legs.iter().map(|leg| legs.cost(&leg.path)).collect();
-    while !legs.budget.exhausted() && !legs.budget.late() && tour.is_winding() {
-        for (leg, best) in tour.legs.iter_mut().zip(&mut best) {
+    while !over(legs) && tour.is_winding() {
+        for leg in &mut tour.legs {
             if leg.path.len() <= 2 || !legs.budget.spend() {
                 continue;
             }
-            let (candidate, nodes) = candidate(legs, leg, *best, round);
-            tour.nodes += nodes;
-            if let Some(mut path) = candidate {
-                simplify::refine(legs.field, &mut path, legs.simplification);
-                let cost = legs.cost(&path);
-                if cost < *best {
-                    *best = cost;
-                    leg.path = path;
-                }
+            if let Some(path) = candidate(legs, leg, round) {
+                replace_by_refined(legs, leg, path);
             }
         }
         round += 1;
     }
 }
 
-/// Legs, or the whole tour, over finer and finer lattices as far as the budget affords them.
-fn over_lattices<F: Field>(legs: &mut LegSearch<F>, tour: &mut Tour, any_order: bool) {
-    let radius = legs.simplification.radius;
-    let mut pace = Pace::default();
-    for spacing in legs.field.lattice_spacings(radius) {
-        let (low, high) = legs.field.bounds();
-        let cells = (high.x - low.x) * (high.y - low.y) / (spacing * spacing);
-        if !tour.is_winding() || !legs.budget.affords(pace.expected(cells), cells) {
-            break;
+/// Refines every leg once.
+fn refine_all<F: Field>(legs: &mut LegSearch<F>, tour: &mut Tour) {
+    for leg in &mut tour.legs {
+        if leg.path.len() > 2 && legs.budget.spend() {
+            let path = leg.path.clone();
+            replace_by_refined(legs, leg, path);
         }
-        let began = Instant::now();
-        let mut lattice = Lattice::new(legs.field, spacing, radius);
-        if any_order && tour.legs.len() > 1 {
-            reorder(legs, tour, &mut lattice);
-        } else {
-            replace_legs(legs, tour, &mut lattice);
-        }
-        pace.saw(cells, began.elapsed().as_secs_f64());
     }
 }
 
-/// Something that may become a better leg: the leg itself, shortcuts, or a fresh search. Also how many nodes were made.
-fn candidate<F: Field>(
-    legs: &mut LegSearch<F>,
-    leg: &Leg,
-    best: f64,
-    round: usize,
-) -> (Option<Vec<Point>>, usize) {
-    let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
-    if round == 0 {
-        return (Some(leg.path.clone()), 0);
+/// Every leg by tangents where that is better; among circles nothing is shorter.
+fn by_tangents<F: Field>(legs: &mut LegSearch<F>, tour: &mut Tour) {
+    for leg in &mut tour.legs {
+        if leg.path.len() <= 2 || !legs.budget.spend() {
+            continue;
+        }
+        let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
+        let bound = path_length(&leg.path);
+        let found = legs.tangents(from, to, (bound, usize::MAX));
+        let better = |path: &Vec<Point>| legs.cost(path) < legs.cost(&leg.path);
+        if let Some(path) = found.filter(better).filter(|_| !legs.budget.late()) {
+            leg.path = path;
+        }
     }
-    if round % SHORTCUT_PERIOD == SHORTCUT_PERIOD - 1 {
+}
+
+/// Puts `path`, refined, in the place of the leg's if it is better and the budget has lasted.
+fn replace_by_refined<F: Field>(legs: &mut LegSearch<F>, leg: &mut Leg, mut path: Vec<Point>) {
+    let began = Instant::now();
+    simplify::refine(legs.field, &mut path, legs.simplification);
+    legs.stages.record("refine", began, 1);
+    if !legs.budget.late() && legs.cost(&path) < legs.cost(&leg.path) {
+        leg.path = path;
+    }
+}
+
+/// Something that may become a better leg, by shortcuts or a fresh search; none when it does not look like it, or the
+/// budget has ended before it was made.
+fn candidate<F: Field>(legs: &mut LegSearch<F>, leg: &Leg, round: usize) -> Option<Vec<Point>> {
+    let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
+    let path = if round % SHORTCUT_PERIOD == SHORTCUT_PERIOD - 1 {
         let mut path = leg.path.clone();
+        let (began, used) = (Instant::now(), legs.budget.used);
         simplify::random_shortcuts(
             legs.field,
             &mut path,
@@ -87,42 +102,34 @@ fn candidate<F: Field>(
             legs.random,
             legs.budget,
         );
-        return (Some(path), 0);
-    }
-    let (path, nodes) = legs.rrt_connect(from, to);
-    let promising = |path: &Vec<Point>| legs.cost(path) < MAX_CANDIDATE_GROWTH * best;
-    (path.filter(promising), nodes)
+        (legs.stages).record("shortcuts", began, legs.budget.used - used);
+        path
+    } else {
+        legs.rrt_connect(from, to)?
+    };
+    let over = legs.budget.exhausted() || legs.budget.late();
+    let promising = legs.cost(&path) < MAX_CANDIDATE_GROWTH * legs.cost(&leg.path);
+    (promising && !over).then_some(path)
 }
 
-/// Each leg by A* over the lattice where that is shorter.
-fn replace_legs<F: Field>(legs: &LegSearch<F>, tour: &mut Tour, lattice: &mut Lattice) {
-    for leg in &mut tour.legs {
-        if leg.path.len() <= 2 || legs.budget.late() {
-            continue;
-        }
-        let (from, to) = (leg.path[0], leg.path[leg.path.len() - 1]);
-        if let Some(path) = legs.a_star(lattice, from, to) {
-            if legs.cost(&path) < legs.cost(&leg.path) {
-                leg.path = path;
-            }
-        }
-    }
-}
-
-/// The best order by A* between stops, taken when that tour is shorter.
-fn reorder<F: Field>(legs: &LegSearch<F>, tour: &mut Tour, lattice: &mut Lattice) {
-    let stops = tour.stops.clone();
+/// The legs of the best order by A* between stops, when that tour is shorter and the budget has lasted.
+fn reordered<F: Field>(
+    legs: &mut LegSearch<F>,
+    tour: &Tour,
+    lattice: &mut Lattice,
+) -> Option<Vec<Leg>> {
+    let stops = &tour.stops;
     let mut paths: BTreeMap<(usize, usize), Vec<Point>> = BTreeMap::new();
     // What the tour has already may be shorter than what the lattice can say.
     let mut from = 0usize;
     for leg in &tour.legs {
-        let to = 1 + tour.visits.iter().position(|&v| v == leg.goal).unwrap_or(0);
+        let to = 1 + tour.visits.iter().position(|&v| v == leg.goal)?;
         let path = leg.path.clone();
         let path = if from < to { path } else { reversed(path) };
         paths.insert((from.min(to), from.max(to)), path);
         from = to;
     }
-    let order = visit_order::lazily(straight_distances(&stops), |from, to| {
+    let order = visit_order::lazily(straight_distances(stops), |from, to| {
         let key = (from.min(to), from.max(to));
         let known = paths.get(&key).map(|path| path_length(path));
         if legs.budget.late() {
@@ -138,9 +145,7 @@ fn reorder<F: Field>(legs: &LegSearch<F>, tour: &mut Tour, lattice: &mut Lattice
     let mut reordered = Vec::new();
     let mut from = 0usize;
     for to in order {
-        let Some(path) = paths.get(&(from.min(to), from.max(to))).cloned() else {
-            return;
-        };
+        let path = paths.get(&(from.min(to), from.max(to))).cloned()?;
         reordered.push(Leg {
             goal: tour.visits[to - 1],
             path: if from < to { path } else { reversed(path) },
@@ -148,7 +153,6 @@ fn reorder<F: Field>(legs: &LegSearch<F>, tour: &mut Tour, lattice: &mut Lattice
         from = to;
     }
     let total = |tour: &[Leg]| -> f64 { tour.iter().map(|leg| legs.cost(&leg.path)).sum() };
-    if total(&reordered) < total(&tour.legs) {
-        tour.legs = reordered;
-    }
+    let better = total(&reordered) < total(&tour.legs);
+    (better && !legs.budget.late()).then_some(reordered)
 }

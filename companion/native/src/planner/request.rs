@@ -2,6 +2,7 @@
 
 use crate::geometry::{distance, Point};
 use crate::map::field::Field;
+use crate::planner::stages::Stage;
 use crate::tree::rrt::GrowthSettings;
 
 /// Length of a tree's step as a share of the map's diagonal, unless the request says otherwise.
@@ -11,9 +12,11 @@ const RRT_STAR_GOAL_BIAS: f64 = 0.05;
 /// The same for trees that seek goals (section 3.4 and figure 3). Plain RRT has none.
 const GOAL_SEEKING_BIAS: f64 = 0.3;
 
-/// The algorithms of the paper.
+/// How to search: the four algorithms of the paper as they are, and the best of everything.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
+    /// A lattice and trees, then whatever makes the tour shorter.
+    Best,
     /// One tree a goal, no goal bias.
     Rrt,
     /// One RRT* a goal.
@@ -36,9 +39,9 @@ pub struct Request {
     pub radius: f64,
     /// Fixes every random choice.
     pub seed: u64,
-    /// Total of tree extensions and shortcut attempts until which planning goes on improving.
+    /// Tree extensions and shortcut attempts beyond the answer that comes without a budget.
     pub iterations: Option<u64>,
-    /// The same in milliseconds by the clock.
+    /// Milliseconds by the clock, of the whole plan, until which the answer is improved.
     pub budget_ms: Option<f64>,
     /// The planner chooses the order of the goals.
     pub any_order: bool,
@@ -62,10 +65,12 @@ pub struct Outcome {
     pub goal_indices: Vec<usize>,
     /// Goals that cannot be reached.
     pub unreachable: Vec<usize>,
-    /// Tree extensions and shortcut attempts.
+    /// Tree extensions, shortcut attempts and expanded cells.
     pub iterations: u64,
-    /// Nodes of all trees.
+    /// Nodes of all trees, and labelled cells.
     pub nodes: usize,
+    /// What ran.
+    pub stages: Vec<Stage>,
     /// Milliseconds by the clock.
     pub time_ms: f64,
     /// The same until the first valid tour was known, if there is one.
@@ -81,7 +86,7 @@ impl Request {
         let bias = match self.algorithm {
             Algorithm::Rrt => 0.0,
             Algorithm::RrtStar => RRT_STAR_GOAL_BIAS,
-            Algorithm::GoalSeeking | Algorithm::MultiGoal => GOAL_SEEKING_BIAS,
+            Algorithm::Best | Algorithm::GoalSeeking | Algorithm::MultiGoal => GOAL_SEEKING_BIAS,
         };
         GrowthSettings {
             radius: self.radius,

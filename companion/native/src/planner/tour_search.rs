@@ -26,7 +26,6 @@ pub fn search<F: Field>(
         stops: vec![found.start],
         visits: found.visits.clone(),
         legs: Vec::new(),
-        nodes: 0,
         first: Instant::now(),
     };
     tour.stops.extend(found.visits.iter().map(|&v| goals[v]));
@@ -62,9 +61,7 @@ fn through_tree<F: Field>(
             .and_then(|old| (state.leg_repair).repair(legs.field, &old, ends, legs.simplification));
         repaired.unwrap_or_else(|| {
             let tree_path = || found.tree_path(tree, from, to);
-            let (path, nodes) = legs.fresh(&mut lattice, tree_path, ends);
-            tour.nodes += nodes;
-            path
+            legs.fresh(&mut lattice, tree_path, ends)
         })
     };
     let kept = &mut state.legs;

@@ -1,11 +1,14 @@
 //! Python's `NativeField`: a map to plan on.
 
+use std::sync::{Mutex, PoisonError};
+
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::budget::Budget;
 use crate::geometry::Point;
+use crate::lattice::cache::LatticeCache;
 use crate::map::circles::Circles;
 use crate::map::field::Field;
 use crate::map::grid::Grid;
@@ -26,6 +29,26 @@ pub enum Map {
 #[pyclass(frozen)]
 pub struct NativeField {
     pub map: Map,
+    /// What plans on this map have found out about its lattices.
+    lattices: Mutex<LatticeCache>,
+}
+
+impl NativeField {
+    fn new(map: Map) -> Self {
+        Self {
+            map,
+            lattices: Mutex::default(),
+        }
+    }
+
+    /// Runs a plan with the lattices of this map; a plan that runs at the same time begins without them.
+    pub fn with_lattices<T>(&self, run: impl FnOnce(&mut LatticeCache) -> T) -> T {
+        let take = || self.lattices.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lattices = std::mem::take(&mut *take());
+        let result = run(&mut lattices);
+        *take() = lattices;
+        result
+    }
 }
 
 /// The expression for whichever kind of map it is.
@@ -65,9 +88,9 @@ impl NativeField {
                 .all(|(p, r)| p.x.is_finite() && p.y.is_finite() && r.is_finite() && *r >= 0.0),
             "obstacles must be finite, with a radius of at least 0",
         )?;
-        Ok(Self {
-            map: Map::Circles(Circles::new(width, height, circles)),
-        })
+        Ok(Self::new(Map::Circles(Circles::new(
+            width, height, circles,
+        ))))
     }
 
     /// `blocked`: (rows, columns), row 0 at `origin_y`; not 0 is blocked.
@@ -88,15 +111,13 @@ impl NativeField {
         )?;
         let (cells, columns, rows) = flat(&blocked);
         require(columns > 0 && rows > 0, "the grid has no cells")?;
-        Ok(Self {
-            map: Map::Grid(Grid::new(
-                cells,
-                columns,
-                rows,
-                resolution,
-                Point::new(origin_x, origin_y),
-            )),
-        })
+        Ok(Self::new(Map::Grid(Grid::new(
+            cells,
+            columns,
+            rows,
+            resolution,
+            Point::new(origin_x, origin_y),
+        ))))
     }
 
     /// (x_min, y_min, x_max, y_max).
@@ -135,8 +156,11 @@ impl NativeField {
         settings: Settings,
     ) -> PyResult<Bound<'py, PyDict>> {
         let request = settings.request(start, &goals, algorithm, seed)?;
-        let map = &self.map;
-        let outcome = py.detach(|| on!(map, field => plan::plan(field, &request)));
+        let outcome = py.detach(|| {
+            self.with_lattices(
+                |lattices| on!(&self.map, field => plan::plan(field, &request, lattices)),
+            )
+        });
         answer(py, outcome)
     }
 
@@ -196,6 +220,10 @@ pub fn answer<'py>(py: Python<'py>, outcome: Outcome) -> PyResult<Bound<'py, PyD
     result.set_item("nodes", outcome.nodes)?;
     result.set_item("time_ms", outcome.time_ms)?;
     result.set_item("first_solution_ms", outcome.first_ms)?;
+    let stages: Vec<(&str, f64, u64)> = (outcome.stages.iter())
+        .map(|stage| (stage.name, 1e3 * stage.seconds, stage.iterations))
+        .collect();
+    result.set_item("stages", stages)?;
     result.set_item("start_blocked", outcome.start_blocked)?;
     Ok(result)
 }

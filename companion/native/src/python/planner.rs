@@ -47,8 +47,12 @@ impl NativePlanner {
         settings: Settings,
     ) -> PyResult<Bound<'py, PyDict>> {
         let request = settings.request(start, &goals, "multi-goal", 0)?;
-        let (map, state) = (&field.map, &mut self.state);
-        let outcome = py.detach(|| on!(map, field => plan::replan(field, &request, state)));
+        let state = &mut self.state;
+        let outcome = py.detach(|| {
+            field.with_lattices(
+                |lattices| on!(&field.map, field => plan::replan(field, &request, lattices, state)),
+            )
+        });
         let repair = self.state.repair;
         let result = answer(py, outcome)?;
         result.set_item("kept", repair.kept)?;

@@ -52,6 +52,7 @@ impl Settings {
 
 fn algorithm_of(name: &str) -> PyResult<Algorithm> {
     match name {
+        "best" => Ok(Algorithm::Best),
         "rrt" => Ok(Algorithm::Rrt),
         "rrt-star" => Ok(Algorithm::RrtStar),
         "goal-seeking" => Ok(Algorithm::GoalSeeking),

@@ -193,7 +193,7 @@ impl LegRepair {
         let level = usize::from(field.lattice_spacings(settings.radius).len() == 1);
         let lattice = self.lattice(field, level, settings.radius);
         let found = a_star::search(lattice, field, from, &[to], || false);
-        let mut path = found.into_iter().next().flatten()?;
+        let mut path = found.paths.into_iter().next().flatten()?;
         simplify::simplify(field, &mut path, settings, SWEEPS);
         Some(path)
     }

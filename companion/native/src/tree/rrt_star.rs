@@ -10,96 +10,135 @@ use crate::tree::search_tree::Tree;
 /// Metres that rewiring must save, against loops of rounding.
 const MIN_GAIN_M: f64 = 1e-12;
 
-/// The path found and the number of nodes in the tree. Stops at the first solution, or after `extra`
-/// iterations more.
-pub fn plan<F: Field>(
-    field: &F,
-    start: Point,
+/// A tree from a start to one goal that goes on getting better.
+pub struct RrtStar {
+    tree: Tree,
+    costs: Vec<f64>,
+    children: Vec<Vec<u32>>,
     goal: Point,
-    growth: GrowthSettings,
-    extra: u64,
-    random: &mut Random,
-    budget: &mut Budget,
-) -> (Option<Vec<Point>>, usize) {
-    let mut tree = Tree::new(start, field.bounds(), growth.step);
-    let mut costs = vec![0.0f64];
-    let mut children: Vec<Vec<u32>> = vec![Vec::new()];
-    let (low, high) = field.bounds();
-    // γ > 2 (1 + 1/d)^(1/d) (area / π)^(1/d) with d = 2: asymptotically optimal whatever the obstacles.
-    let area = (high.x - low.x) * (high.y - low.y);
-    let gamma = 2.0 * 1.5f64.sqrt() * (area / std::f64::consts::PI).sqrt();
-    let mut goal_node: Option<usize> = None;
-    let mut left = extra;
-    if field.segment_clear(start, goal, growth.radius) {
-        return (Some(vec![start, goal]), 2);
+    goal_node: Option<usize>,
+    /// Neighbours within gamma · √(ln n / n) are rewired.
+    gamma: f64,
+}
+
+impl RrtStar {
+    /// A tree of `start` alone, and of `goal` if it is in sight.
+    pub fn new<F: Field>(field: &F, start: Point, goal: Point, growth: GrowthSettings) -> Self {
+        let (low, high) = field.bounds();
+        // γ > 2 (1 + 1/d)^(1/d) (area / π)^(1/d) with d = 2: asymptotically optimal whatever the obstacles.
+        let area = (high.x - low.x) * (high.y - low.y);
+        let mut star = Self {
+            tree: Tree::new(start, field.bounds(), growth.step),
+            costs: vec![0.0],
+            children: vec![Vec::new()],
+            goal,
+            goal_node: None,
+            gamma: 2.0 * 1.5f64.sqrt() * (area / std::f64::consts::PI).sqrt(),
+        };
+        if field.segment_clear(start, goal, growth.radius) {
+            star.goal_node = Some(star.add(goal, 0, distance(start, goal)));
+        }
+        star
     }
-    while budget.spend() {
-        if goal_node.is_some() {
-            if left == 0 {
-                break;
-            }
-            left -= 1;
+
+    /// True when the goal is reached.
+    pub fn is_solved(&self) -> bool {
+        self.goal_node.is_some()
+    }
+
+    /// The path to the goal, if it is reached.
+    pub fn path(&self) -> Option<Vec<Point>> {
+        self.goal_node.map(|node| self.tree.path_to(node))
+    }
+
+    /// Length of that path in metres.
+    pub fn cost(&self) -> f64 {
+        self.goal_node
+            .map_or(f64::INFINITY, |node| self.costs[node])
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.tree.points.len()
+    }
+
+    /// Grows until the goal is reached or the budget is spent.
+    pub fn solve<F: Field>(
+        &mut self,
+        field: &F,
+        growth: GrowthSettings,
+        random: &mut Random,
+        budget: &mut Budget,
+    ) {
+        while self.goal_node.is_none() && budget.spend() {
+            self.extend(field, growth, random);
         }
-        let sample = if goal_node.is_none() && random.uniform() < growth.bias {
-            goal
+    }
+
+    /// One extension, with rewiring.
+    pub fn extend<F: Field>(&mut self, field: &F, growth: GrowthSettings, random: &mut Random) {
+        let radius = growth.radius;
+        let sample = if self.goal_node.is_none() && random.uniform() < growth.bias {
+            self.goal
         } else {
-            uniform_point(field, growth.radius, random)
+            uniform_point(field, radius, random)
         };
-        let nearest = tree.nearest(sample); // (eq. 12)
-        let Some(new) = steer(tree.points[nearest], sample, growth.step) else {
-            continue;
+        let nearest = self.tree.nearest(sample); // (eq. 12)
+        let Some(new) = steer(self.tree.points[nearest], sample, growth.step) else {
+            return;
         };
-        if !field.segment_clear(tree.points[nearest], new, growth.radius) {
-            continue;
+        if !field.segment_clear(self.tree.points[nearest], new, radius) {
+            return;
         }
-        let count = tree.points.len() as f64;
-        let reach = (gamma * ((count + 1.0).ln() / (count + 1.0)).sqrt()).min(growth.step);
-        let neighbours = tree.near(new, reach);
+        let count = self.tree.points.len() as f64 + 1.0;
+        let reach = (self.gamma * (count.ln() / count).sqrt()).min(growth.step);
+        let neighbours = self.tree.near(new, reach);
         let mut parent = nearest;
-        let mut cost = costs[nearest] + distance(tree.points[nearest], new);
+        let mut cost = self.costs[nearest] + distance(self.tree.points[nearest], new);
         for &near in &neighbours {
-            let through = costs[near] + distance(tree.points[near], new);
-            if through < cost && field.segment_clear(tree.points[near], new, growth.radius) {
+            let through = self.costs[near] + distance(self.tree.points[near], new);
+            if through < cost && field.segment_clear(self.tree.points[near], new, radius) {
                 (parent, cost) = (near, through);
             }
         }
-        let node = tree.add(new, parent); // (eq. 14)
-        costs.push(cost);
-        children.push(Vec::new());
-        children[parent].push(node as u32);
+        let node = self.add(new, parent, cost); // (eq. 14)
         for &near in &neighbours {
-            let through = cost + distance(new, tree.points[near]);
+            let through = cost + distance(new, self.tree.points[near]);
             // The root costs nothing and is never rewired.
             if near != parent
-                && through < costs[near] - MIN_GAIN_M
-                && field.segment_clear(new, tree.points[near], growth.radius)
+                && through < self.costs[near] - MIN_GAIN_M
+                && field.segment_clear(new, self.tree.points[near], radius)
             {
-                children[tree.parents[near]].retain(|&child| child as usize != near);
-                children[node].push(near as u32);
-                tree.parents[near] = node;
-                let saved = costs[near] - through;
-                lower_costs(&children, &mut costs, near, saved);
+                self.children[self.tree.parents[near]].retain(|&child| child as usize != near);
+                self.children[node].push(near as u32);
+                self.tree.parents[near] = node;
+                self.lower_costs(near, self.costs[near] - through);
             }
         }
-        if goal_node.is_none()
-            && distance(new, goal) <= growth.step
-            && field.segment_clear(new, goal, growth.radius)
+        let left = distance(new, self.goal);
+        if self.goal_node.is_none()
+            && left <= growth.step
+            && field.segment_clear(new, self.goal, radius)
         {
-            children[node].push(tree.points.len() as u32);
-            children.push(Vec::new());
-            goal_node = Some(tree.add(goal, node));
-            costs.push(cost + distance(new, goal));
+            self.goal_node = Some(self.add(self.goal, node, cost + left));
         }
     }
-    (goal_node.map(|node| tree.path_to(node)), tree.points.len())
-}
 
-/// Takes `saved` off the cost of `node` and of everything below it.
-fn lower_costs(children: &[Vec<u32>], costs: &mut [f64], node: usize, saved: f64) {
-    let mut pending = vec![node];
-    while let Some(at) = pending.pop() {
-        costs[at] -= saved;
-        pending.extend(children[at].iter().map(|&child| child as usize));
+    fn add(&mut self, p: Point, parent: usize, cost: f64) -> usize {
+        let node = self.tree.add(p, parent);
+        self.costs.push(cost);
+        self.children.push(Vec::new());
+        self.children[parent].push(node as u32);
+        node
+    }
+
+    /// Takes `saved` off the cost of `node` and of everything below it.
+    fn lower_costs(&mut self, node: usize, saved: f64) {
+        let mut pending = vec![node];
+        while let Some(at) = pending.pop() {
+            self.costs[at] -= saved;
+            pending.extend(self.children[at].iter().map(|&child| child as usize));
+        }
     }
 }
 
@@ -115,35 +154,27 @@ mod tests {
         bias: 0.05,
     };
 
-    fn path(extra: u64, seed: u64) -> Vec<Point> {
+    #[test]
+    fn rewiring_shortens_the_path_towards_the_optimum_and_keeps_it_clear() {
         let field = Circles::new(6.0, 6.0, vec![(Point::new(3.0, 3.0), 1.2)]);
         let (start, goal) = (Point::new(0.5, 3.0), Point::new(5.5, 3.0));
-        let (mut random, mut budget) = (Random::new(seed), Budget::new(100_000));
-        let (path, _) = plan(
-            &field,
-            start,
-            goal,
-            SETTINGS,
-            extra,
-            &mut random,
-            &mut budget,
-        );
-        let path = path.expect("there is a path on either side");
-        assert!(path
-            .windows(2)
-            .all(|edge| field.segment_clear(edge[0], edge[1], SETTINGS.radius)));
-        path
-    }
-
-    #[test]
-    fn rewiring_shortens_the_path_towards_the_optimum() {
         // Two tangents to a circle of 1.4 m and the arc between them.
         let tangent = (2.5f64 * 2.5 - 1.4 * 1.4).sqrt();
         let optimum = 2.0 * tangent + 1.4 * (std::f64::consts::PI - 2.0 * (1.4f64 / 2.5).acos());
         for seed in 0..5 {
-            let (first, later) = (path_length(&path(0, seed)), path_length(&path(4_000, seed)));
-            assert!(later <= first && later >= optimum);
-            assert!(later < 1.05 * optimum, "{later} of {optimum}");
+            let mut random = Random::new(seed);
+            let mut star = RrtStar::new(&field, start, goal, SETTINGS);
+            star.solve(&field, SETTINGS, &mut random, &mut Budget::new(100_000));
+            let mut before = star.cost();
+            for _ in 0..4_000 {
+                star.extend(&field, SETTINGS, &mut random);
+                assert!(star.cost() <= before);
+                before = star.cost();
+            }
+            let path = star.path().expect("there is a path on either side");
+            assert!((path_length(&path) - star.cost()).abs() < 1e-9);
+            assert!((path.windows(2)).all(|edge| field.segment_clear(edge[0], edge[1], 0.2)));
+            assert!(star.cost() >= optimum && star.cost() < 1.05 * optimum);
         }
     }
 }

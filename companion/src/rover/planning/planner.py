@@ -10,12 +10,12 @@ import numpy as np
 
 from rover.errors import BadInput
 from rover.planning.fields import Field
-from rover.planning.result import PlanResult
+from rover.planning.result import PlanResult, Stage
 
 if TYPE_CHECKING:
     from rover_native import Outcome, Settings
 
-ALGORITHMS = ("rrt", "rrt-star", "goal-seeking", "multi-goal")
+ALGORITHMS = ("best", "rrt", "rrt-star", "goal-seeking", "multi-goal")
 
 
 def plan(
@@ -23,7 +23,7 @@ def plan(
     start: tuple[float, float],
     goals: Sequence[tuple[float, float]],
     *,
-    algorithm: str = "multi-goal",
+    algorithm: str = "best",
     robot_radius: float = 0.15,
     seed: int = 0,
     iterations: int | None = None,
@@ -133,6 +133,7 @@ def as_result(
         nodes=found["nodes"],
         time_ms=found["time_ms"],
         first_solution_ms=found["first_solution_ms"],
+        stages=tuple(Stage(*stage) for stage in found["stages"]),
         reason=_reason(field, start, points, unreachable, found["start_blocked"], robot_radius),
     )
 

@@ -9,6 +9,18 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
+class Stage:
+    """A part of the planner that ran, such as "tree" or "lattice", and what it took.
+
+    `iterations` are tree extensions, shortcut attempts, simplified paths or expanded cells.
+    """
+
+    name: str
+    time_ms: float
+    iterations: int
+
+
+@dataclass(frozen=True)
 class PlanResult:
     """A path through the goals, and what it took. Lengths in metres, times in milliseconds.
 
@@ -26,6 +38,7 @@ class PlanResult:
     nodes: int
     time_ms: float
     first_solution_ms: float | None
+    stages: tuple[Stage, ...] = ()
     reason: str = ""
 
     @property

@@ -15,9 +15,9 @@ class Settings(TypedDict):
     robot_radius: float
     """At least 0."""
     iterations: int | None
-    """Total of iterations until which planning goes on improving; None: see budget_ms."""
+    """Tree extensions and shortcut attempts by which the answer is improved; None: see budget_ms."""
     budget_ms: float | None
-    """Milliseconds by the clock until which planning goes on improving; neither: the first solution, simplified."""
+    """Milliseconds by the clock until which the answer is improved; neither: the first solution, simplified."""
     any_order: bool
     """The planner chooses the order of the goals."""
     start_recovery_m: float
@@ -41,9 +41,11 @@ class Outcome(TypedDict):
     unreachable: list[int]
     """Goals without a path."""
     iterations: int
-    """Tree extensions and shortcut attempts."""
+    """Of all stages: tree extensions, shortcut attempts, simplified paths, expanded cells."""
     nodes: int
-    """Nodes of all trees."""
+    """Nodes of all trees, and labelled cells of lattices."""
+    stages: list[tuple[str, float, int]]
+    """What ran: name, milliseconds, iterations."""
     time_ms: float
     """By the clock."""
     first_solution_ms: float | None

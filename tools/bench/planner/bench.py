@@ -7,9 +7,9 @@ import os
 import sys
 from pathlib import Path
 
-from tools.bench.planner import ompl_wheel, peers, table4, tables
+from tools.bench.planner import floor, ompl_wheel, peers, table4, tables
 
-TABLES = ("paper", "maps", "fields", "replan")
+TABLES = ("paper", "floor", "maps", "fields", "replan")
 
 
 def main(arguments: list[str]) -> int:
@@ -21,13 +21,15 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--first", type=int, default=0, help="first seed of the replan table")
     parser.add_argument("--sizes", type=float, nargs="+", default=[20.0, 40.0], help="sides of the fields, metres")
     parser.add_argument("--goals", type=int, nargs="+", default=[4, 10])
+    parser.add_argument("--tasks", type=int, default=12, help="tasks on each ground of the floor table")
+    parser.add_argument("--grounds", type=int, default=6, help="grounds of each generated family")
     parser.add_argument("--every", type=int, default=20, help="every so many scenarios of the maps")
     parser.add_argument("--map-budget-ms", type=float, default=50.0)
     parser.add_argument("--figure", type=Path, help="draw the paper's field as figure 11 does, into this .svg")
     options = parser.parse_args(arguments)
     wanted = options.only or list(TABLES)
     with peers.scratch() as folder:
-        program, what = peers.build(Path(folder)) if {"paper", "fields"} & set(wanted) else (None, "")
+        program, what = peers.build(Path(folder)) if {"paper", "floor", "fields"} & set(wanted) else (None, "")
         if what:
             print(f"Peers: {what}.\n")
         if "paper" in wanted and not ompl_wheel.available():
@@ -41,6 +43,10 @@ def main(arguments: list[str]) -> int:
             )
             found = tables.paper_table(program, options.seeds, options.figure)
             print(f"The paper's field, {options.seeds} seeds:\n\n{found}\n")
+        if "floor" in wanted:
+            folder_of_maps = None if options.data is None else Path(options.data) / "maps"
+            found = floor.table(program, folder_of_maps, options.tasks, options.grounds)
+            print(f"Without a budget, beside grid A* and string pulling:\n\n{found}\n")
         if "maps" in wanted and options.data is None:
             print("no maps: give --data DIR or ROVER_DATA", file=sys.stderr)
         elif "maps" in wanted:

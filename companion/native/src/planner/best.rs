@@ -13,12 +13,14 @@ use crate::tree::rrt::GrowingTree;
 
 /// Tree extensions a leg, before its lattice is searched: enough where a tree has it easy.
 const MAX_QUICK_EXTENSIONS: u64 = 100;
+/// Cells of the lattice for each of them: on a small lattice A* is as quick as a tree.
+const CELLS_AN_EXTENSION: f64 = 200.0;
 /// Cells of a lattice from which on it is first found out, on coarser ones, whether there is a path at all.
 const MIN_PROBED_CELLS: usize = 300_000;
 /// Circles up to which tangents do without a lattice's leg to compare with.
 const MAX_CIRCLES: usize = 64;
 /// Circles near a leg up to which tangents are quickly searched.
-const MAX_QUICK_DISCS: usize = 300;
+const MAX_QUICK_DISCS: usize = 1_000;
 /// A leg that is at most so much longer than a straight line is not searched on the lattice.
 const GOOD_ENOUGH: f64 = 1.01;
 
@@ -32,10 +34,11 @@ pub fn search<F: Field>(legs: &mut LegSearch<F>, request: &Request, start: Point
     };
     let reachable = |&goal: &usize| legs.field.point_clear(request.goals[goal], request.radius);
     let wanted: Vec<usize> = (0..request.goals.len()).filter(reachable).collect();
+    let most = quick_extensions(legs.field, request.radius);
     let mut at = start;
     let mut quick: Vec<Option<Vec<Point>>> = Vec::new();
     for &goal in &wanted {
-        quick.push(quick_leg(legs, at, request.goals[goal]));
+        quick.push(quick_leg(legs, at, request.goals[goal], most));
         at = request.goals[goal];
     }
     tour.first = Instant::now();
@@ -58,13 +61,30 @@ pub fn search<F: Field>(legs: &mut LegSearch<F>, request: &Request, start: Point
     tour
 }
 
+/// Extensions of a quick tree that are worth while on this map.
+fn quick_extensions<F: Field>(field: &F, radius: f64) -> u64 {
+    if field.circular_obstacles().is_some() {
+        return MAX_QUICK_EXTENSIONS;
+    }
+    let (low, high) = field.bounds();
+    let spacings = field.lattice_spacings(radius);
+    let spacing = spacings[spacings.len() - 1];
+    let cells = (high.x - low.x) * (high.y - low.y) / (spacing * spacing);
+    MAX_QUICK_EXTENSIONS.min((cells / CELLS_AN_EXTENSION) as u64)
+}
+
 /// A straight line, or what a small tree finds.
-fn quick_leg<F: Field>(legs: &mut LegSearch<F>, from: Point, to: Point) -> Option<Vec<Point>> {
+fn quick_leg<F: Field>(
+    legs: &mut LegSearch<F>,
+    from: Point,
+    to: Point,
+    most: u64,
+) -> Option<Vec<Point>> {
     if legs.field.segment_clear(from, to, legs.growth.radius) {
         return Some(vec![from, to]);
     }
     let mut tree = GrowingTree::new(legs.field, from, &[to], legs.growth);
-    legs.grow(&mut tree, &[to], &[true], MAX_QUICK_EXTENSIONS);
+    legs.grow(&mut tree, &[to], &[true], most);
     tree.reached[0].map(|node| tree.tree.path_to(node))
 }
 

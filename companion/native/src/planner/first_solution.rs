@@ -36,6 +36,8 @@ pub struct FirstSolution {
     pub lattice: Option<Lattice>,
     /// RRT*: per visit the tree, where it has reached the goal.
     pub stars: Vec<Option<RrtStar>>,
+    /// A path is not a tree's alone.
+    pub by_lattice: bool,
 }
 
 impl FirstSolution {
@@ -48,6 +50,7 @@ impl FirstSolution {
             tree: None,
             lattice: None,
             stars: Vec::new(),
+            by_lattice: false,
         }
     }
 
@@ -109,6 +112,7 @@ fn one_tree<F: Field>(
         visits,
         paths: Vec::new(),
         tree: Some(tree),
+        by_lattice: lattice.is_some(),
         lattice,
         stars: Vec::new(),
     }
@@ -133,7 +137,8 @@ fn staged<F: Field>(
     let mut found = FirstSolution::known(start, 0);
     let mut at = start;
     for goal in sequence {
-        let (path, star) = single(legs, request.algorithm, (at, goals[goal]));
+        let (path, star, by_lattice) = single(legs, request.algorithm, (at, goals[goal]));
+        found.by_lattice |= by_lattice;
         if let Some(path) = path {
             at = goals[goal];
             found.visits.push(goal);
@@ -144,13 +149,13 @@ fn staged<F: Field>(
     found
 }
 
-/// One tree, one goal; and the tree where it is RRT*'s. Gives up early when a flood proves that there is no path; falls
+/// One tree, one goal; the tree where it is RRT*'s, and whether the tree gave up. Gives up early when a flood proves that there is no path; falls
 /// back on the lattice's path.
 fn single<F: Field>(
     legs: &mut LegSearch<F>,
     algorithm: Algorithm,
     (start, goal): (Point, Point),
-) -> (Option<Vec<Point>>, Option<RrtStar>) {
+) -> (Option<Vec<Point>>, Option<RrtStar>, bool) {
     let (field, growth) = (legs.field, legs.growth);
     let mut known = None;
     for most in [MAX_FIRST_EXTENSIONS, MAX_EXTENSIONS] {
@@ -167,13 +172,13 @@ fn single<F: Field>(
             legs.stages.record("tree", began, legs.budget.used - used);
             legs.stages.nodes += star.nodes();
             if let Some(path) = star.path() {
-                return (Some(path), Some(star));
+                return (Some(path), Some(star), false);
             }
         } else {
             let mut tree = GrowingTree::new(field, start, &[goal], growth);
             legs.grow(&mut tree, &[goal], &[true], most);
             if let Some(node) = tree.reached[0] {
-                return (Some(tree.tree.path_to(node)), None);
+                return (Some(tree.tree.path_to(node)), None, false);
             }
         }
         if known.is_none() {
@@ -185,7 +190,7 @@ fn single<F: Field>(
     }
     // The tree gave up where the lattice knows a path: that is better than none.
     match known {
-        Some(Feasibility::Path(path)) => (Some(path), None),
-        _ => (None, None),
+        Some(Feasibility::Path(path)) => (Some(path), None, true),
+        _ => (None, None, true),
     }
 }

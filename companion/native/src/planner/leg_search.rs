@@ -121,7 +121,7 @@ impl<F: Field> LegSearch<'_, F> {
     pub fn first_lattice_path(&mut self, from: Point, to: Point) -> Feasibility {
         let began = Instant::now();
         let found = feasibility::first_path(self.field, from, to, self.growth.radius);
-        self.stages.record("flood", began, 0);
+        self.stages.record("lattice", began, 0);
         found
     }
 

@@ -56,7 +56,7 @@ fn improve_as_asked<F: Field>(
     match request.algorithm {
         Algorithm::Best => improvement::improve(legs, tour, request.any_order),
         Algorithm::RrtStar => restarts::rewire(legs, &mut found.stars, tour),
-        _ => restarts::restart(legs, request, entry, tour),
+        _ => restarts::restart(legs, request, entry, found.by_lattice, tour),
     }
 }
 

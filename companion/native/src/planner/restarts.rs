@@ -17,27 +17,25 @@ use crate::tree::rrt_star::RrtStar;
 /// Extensions of one RRT* before the next leg has its turn.
 const EXTENSIONS_A_TURN: usize = 64;
 
-/// Plans anew until the budget is spent and keeps the shortest tour. Where a lattice had to help, trees would not find
-/// anything else, and nothing is done.
+/// Plans anew until the budget is spent and keeps the shortest tour. Where a lattice had to help, trees would hardly
+/// find anything else, and this ends.
 pub fn restart<F: Field>(
     legs: &mut LegSearch<F>,
     request: &Request,
     start: Point,
+    mut by_lattice: bool,
     tour: &mut Tour,
 ) {
     let over = |legs: &LegSearch<F>| legs.budget.exhausted() || legs.budget.late();
     let total = |legs: &LegSearch<F>, tour: &Tour| -> f64 {
         tour.legs.iter().map(|leg| legs.cost(&leg.path)).sum()
     };
-    while !over(legs)
-        && tour.is_winding()
-        && !legs.stages.ran("lattice")
-        && !legs.stages.ran("flood")
-    {
+    while !over(legs) && tour.is_winding() && !by_lattice {
         legs.budget.spend();
         let state = &mut ReplanState::new(request.seed);
         let mut found = first_solution::search(legs, request, start, state);
         let other = tour_search::search(legs, &mut found, &request.goals, request.any_order, state);
+        by_lattice |= found.by_lattice;
         let complete = other.legs.len() == tour.legs.len() && !over(legs);
         if complete && total(legs, &other) < total(legs, tour) {
             tour.legs = other.legs;

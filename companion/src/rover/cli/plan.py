@@ -19,11 +19,21 @@ HELP = """Plan a path from a start through goals.
 
 FILE is a field of circles (.toml), a map_server map (.yaml) or a MovingAI map (.map); unknown ground is blocked unless
 --unknown free. Points are X,Y in metres. Goals are visited as given unless --any-order. Without --budget-ms the first
-solution is returned, after shortcuts. Exit code 4 when a goal cannot be reached.
+solution is returned, after shortcuts; a budget never makes a plan longer. Exit code 4 when a goal cannot be reached.
+
+\b
+Algorithms:
+  best          a small tree for a quick path, A* and, among circles, exact tangents for a short one; within a budget
+                then string pulling, RRT-Connect and random shortcuts
+  rrt           one tree a goal, without a goal bias; within a budget again and again, the shortest path counts
+  goal-seeking  the same with a goal bias
+  multi-goal    one tree towards all goals; within a budget as rrt
+  rrt-star      one RRT* a goal, which goes on rewiring within its budget
+Where a tree finds no path, a lattice is searched. --json lists the stages that ran.
 
 \b
 Examples:
-  rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --algorithm multi-goal
+  rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --budget-ms 50
   rover plan --map office.yaml --start 1,1 --goal 4,2 --algorithm rrt-star --budget-ms 200 --json
   rover plan --map field.toml --start 2,0.5 --goal 2,2.5 --goal 1.2,3.5 --plot plan.svg
   rover plan --map arena.map --resolution 0.1 --start 1,1 --goal 4,4 --algorithm rrt --robot-radius 0
@@ -35,12 +45,12 @@ def command(
     start: Annotated[str, typer.Option(metavar="X,Y", help="Where to start.")],
     goal: Annotated[list[str], typer.Option(metavar="X,Y", help="Where to go; give it once for each goal.")],
     algorithm: Annotated[
-        str, typer.Option(metavar="NAME", help="rrt, rrt-star, goal-seeking or multi-goal.")
-    ] = "multi-goal",
+        str, typer.Option(metavar="NAME", help="best, rrt, rrt-star, goal-seeking or multi-goal.")
+    ] = "best",
     robot_radius: Annotated[float, typer.Option(metavar="R", help="Radius of the robot, metres.")] = STANDARD.radius,
     seed: Annotated[int, typer.Option(min=0, help="Fixes every random choice.")] = 0,
     budget_ms: Annotated[
-        float | None, typer.Option(metavar="B", help="Go on improving the path for this long, milliseconds.")
+        float | None, typer.Option(metavar="B", help="Improve the path until so many milliseconds are over.")
     ] = None,
     any_order: Annotated[bool, typer.Option("--any-order", help="Let the planner choose the order.")] = False,
     resolution: Annotated[float, typer.Option(metavar="M", help="Metres per cell of a .map file.")] = 1.0,
@@ -115,6 +125,9 @@ def document(result: PlanResult) -> dict[str, Any]:
         "nodes": result.nodes,
         "time_ms": result.time_ms,
         "first_solution_ms": result.first_solution_ms,
+        "stages": [
+            {"name": stage.name, "time_ms": stage.time_ms, "iterations": stage.iterations} for stage in result.stages
+        ],
     }
 
 

@@ -86,7 +86,6 @@ def decide(space: FreeSpace, pose: Pose2, targets: Sequence[Target], seed: int) 
         space.field(),
         (pose.x, pose.y),
         [(target.pose.x, target.pose.y) for target in targets],
-        algorithm="multi-goal",
         robot_radius=space.radius,
         seed=seed,
         iterations=PLAN_ITERATIONS,

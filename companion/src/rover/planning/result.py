@@ -25,7 +25,8 @@ class PlanResult:
     """A path through the goals, and what it took. Lengths in metres, times in milliseconds.
 
     `status` is "ok" when every goal is visited, else "no_path"; then `path` still visits the goals in `order`,
-    and `unreachable` names the others by their number. `reason` says in one line why.
+    and `unreachable` names the others by their number. `reason` says in one line why. `stages` is what ran; their
+    iterations add up to `iterations`. `nodes` are those of all trees, and labelled cells of lattices.
     """
 
     status: str

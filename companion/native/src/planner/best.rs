@@ -14,7 +14,7 @@ use crate::tree::rrt::GrowingTree;
 /// Tree extensions a leg, before its lattice is searched: enough where a tree has it easy.
 const MAX_QUICK_EXTENSIONS: u64 = 100;
 /// Cells of the lattice for each of them: on a small lattice A* is as quick as a tree.
-const CELLS_AN_EXTENSION: f64 = 200.0;
+const CELLS_AN_EXTENSION: f64 = 1_000.0;
 /// Cells of a lattice from which on it is first found out, on coarser ones, whether there is a path at all.
 const MIN_PROBED_CELLS: usize = 300_000;
 /// Circles up to which tangents do without a lattice's leg to compare with.

@@ -23,7 +23,7 @@ const SWEEPS: usize = 3;
 /// The same where it has to be quick.
 const QUICK_SWEEPS: usize = 2;
 /// Share of the way by which string pulling then moves a vertex at least.
-const QUICK_LEAST_MOVE: f64 = 1.0 / 16.0;
+const QUICK_LEAST_MOVE: f64 = 1.0 / 8.0;
 /// Cells of the lattice that a leg is searched on, at most, unless the coarsest has more.
 const MAX_CELLS: f64 = 4_000_000.0;
 

@@ -7,9 +7,9 @@ import os
 import sys
 from pathlib import Path
 
-from tools.bench.planner import floor, ompl_wheel, peers, table4, tables
+from tools.bench.planner import floor, ompl_wheel, one_tree, peers, table4, tables
 
-TABLES = ("paper", "floor", "maps", "fields", "replan")
+TABLES = ("paper", "trees", "floor", "maps", "fields", "replan")
 
 
 def main(arguments: list[str]) -> int:
@@ -31,18 +31,20 @@ def main(arguments: list[str]) -> int:
     with peers.scratch() as folder:
         program, what = peers.build(Path(folder)) if {"paper", "floor", "fields"} & set(wanted) else (None, "")
         if what:
-            print(f"Peers: {what}.\n")
+            print(f"Peers: {what}.", file=sys.stderr)
         if "paper" in wanted and not ompl_wheel.available():
-            print("OMPL's wheel is not installed (pip install ompl) and left out.\n")
+            print("OMPL's wheel is not installed (pip install ompl) and left out.", file=sys.stderr)
         load = os.getloadavg()[0] / (os.cpu_count() or 1)
         if load > 0.7:
-            print(f"The machine is busy (load {load:.1f} per core): even processor times are longer.\n")
+            print(f"The machine is busy (load {load:.1f} per core): even processor times are longer.", file=sys.stderr)
         if "paper" in wanted:
             print(
                 f"Table 4 of the paper and ours, medians of {options.seeds} seeds:\n\n{table4.table(options.seeds)}\n"
             )
             found = tables.paper_table(program, options.seeds, options.figure)
             print(f"The paper's field, {options.seeds} seeds:\n\n{found}\n")
+        if "trees" in wanted:
+            print(f"One tree or a tree a goal, {options.seeds} seeds:\n\n{one_tree.table(options.seeds)}\n")
         if "floor" in wanted:
             folder_of_maps = None if options.data is None else Path(options.data) / "maps"
             found = floor.table(program, folder_of_maps, options.tasks, options.grounds)

@@ -55,7 +55,7 @@ def runs(program: Path | None, ground: Ground) -> list[tuple[float, ...]]:
         stops = [point for task in ground.tasks for point in task]
         found = peers.run(program, ground.blocked, ground.resolution, ground.radius, [], stops, order=peers.PAIRS)
         star, pulled = found["a-star"], found["a-star-shortcuts"]
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for number, (start, goal) in enumerate(ground.tasks):
         took = []
         for _ in range(REPEATS):

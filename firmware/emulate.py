@@ -25,6 +25,7 @@ from rover_protocol.message import Message
 ELF = Path(__file__).parent / "build" / "rover-pico.elf"
 BYTE_CYCLES = 10 * CYCLES_PER_US * 1_000_000 / DEFAULT_BAUD
 BATTERY_MV = 7400
+SESSION = 1
 ECHO_US = 5800
 """Of something 1 m ahead of each sonar."""
 
@@ -101,7 +102,7 @@ class Bench:
     def arm(self) -> None:
         """With a new token."""
         token = (self.last["State"]["arm_token"] + 1) & 0xFFFF
-        self.send(messages.Arm, token=token)
+        self.send(messages.Arm, token=token, session=SESSION)
         self.live(20)
         assert self.last["State"]["state"] == messages.STATE_ARMED, self.last["State"]
 
@@ -147,7 +148,7 @@ class Bench:
 
 def greet(bench: Bench) -> dict[str, int]:
     """Handshake."""
-    bench.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=1)
+    bench.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=SESSION)
     bench.run(20)
     return bench.last["HelloBuild"]
 

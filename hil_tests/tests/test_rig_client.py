@@ -45,9 +45,9 @@ def test_frames_are_lines_of_text_and_every_character_is_counted(pty: PseudoTerm
     transport = LockstepBus(CanPort("slcan", pty.name))
     opening = pty.read(100)
     assert opening == b"C\rS6\r\rO\rO\r"
-    transport.send(messages.Arm.ID, messages.Arm.pack(token=0x0107))
+    transport.send(messages.Arm.ID, messages.Arm.pack(token=0x0107, session=0x2233))
     line = pty.read(100)
-    assert line == slcan("Arm", token=0x0107) == b"t01820701\r"
+    assert line == slcan("Arm", token=0x0107, session=0x2233) == b"t018407013322\r"
     assert transport.bytes_written == len(opening) + len(line)
     up, _ = transport.wire_times(messages.Arm.LENGTH, 8)
     assert up == pytest.approx(0.001 - 50e-6 + 63 / 500_000), "just before the end of a step, and 63 bits"

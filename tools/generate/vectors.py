@@ -27,7 +27,7 @@ def cobs(body: bytes) -> bytes:
 
 def frame(identifier: int, sequence: int, payload: bytes) -> bytes:
     body = identifier.to_bytes(2, "little") + bytes([sequence]) + payload
-    return cobs(body + binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "little")) + b"\0"
+    return b"\0" + cobs(body + binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "little")) + b"\0"
 
 
 def extremes(signal: Signal) -> dict[str, int]:
@@ -97,7 +97,7 @@ def stream_vectors() -> list[dict[str, object]]:
     zeros = (0x042, 3, bytes(6))
     wire = {message: frame(*message) for message in (stop, alive, empty, zeros)}
     damaged = bytearray(wire[alive])
-    damaged[4] ^= 0x40
+    damaged[5] ^= 0x40
     run_too_long = bytes([9, 1, 2, 3, 4, 5, 0])
     nine = frame(0x060, 1, bytes(range(1, 10)))
     other = [(0x020, n, bytes([n])) for n in (254, 255, 0, 2)]
@@ -105,17 +105,18 @@ def stream_vectors() -> list[dict[str, object]]:
         stream("frames back to back", b"".join(wire.values()), list(wire), 0, 0, 0),
         stream("an idle line of zeros is no error", b"\0\0\0" + wire[stop] + b"\0\0", [stop], 0, 0, 0),
         stream("text before the first zero is one malformed frame", b"boot\0" + wire[stop], [stop], 0, 1, 0),
-        stream("a receiver that joins in the middle of a frame", wire[stop][3:] + wire[alive], [alive], 0, 1, 0),
+        stream("a receiver that joins in the middle of a frame", wire[stop][4:] + wire[alive], [alive], 0, 1, 0),
         stream(
-            "a frame cut off by the next one's leading zero", wire[stop][:4] + b"\0" + wire[alive], [alive], 0, 1, 0
+            "a frame cut off by the next one's leading zero", wire[stop][:5] + wire[alive], [alive], 0, 1, 0
         ),
         stream("a flipped bit", wire[stop] + bytes(damaged) + wire[empty], [stop, empty], 1, 0, 1),
         stream("a run that reaches beyond the end", run_too_long + wire[stop], [stop], 0, 1, 0),
         stream("nine bytes of payload are too many, even with a right checksum", nine + wire[stop], [stop], 0, 1, 0),
+        stream("noise between frames costs neither", wire[stop] + b"\x9b\x03" + wire[alive], [stop, alive], 0, 1, 0),
         stream("a hundred bytes without a zero", b"\x55" * 100 + b"\0" + wire[stop], [stop], 0, 1, 0),
         stream(
-            "a lost zero joins two frames into one that is too long",
-            frame(0x060, 0, bytes(8))[:-1] + wire[alive],
+            "a frame whose zeros are lost makes one with its neighbour that is too long",
+            frame(0x060, 0, bytes(8))[:-1] + wire[alive][1:],
             [],
             0,
             1,

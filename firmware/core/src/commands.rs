@@ -2,15 +2,16 @@
 //! idempotent or carry a token, a counter or an index.
 
 use rover_protocol::messages as m;
-use rover_protocol::messages::fault_code;
+use rover_protocol::messages::{fault_code, hello_busy_wire};
 use rover_protocol::Message;
 
 use crate::clock;
 use crate::controller::Core;
 use crate::io::Reboot;
-use crate::link::Wire;
+use crate::link::{OutgoingFrame, Wire};
 use crate::motion::Refusal;
 use crate::segment_inbox::Receipt;
+use crate::sensor_loss::forbids_arming;
 use crate::supervisor::{Event, State};
 
 const RESTART: u32 = 0x5242_4F54;
@@ -39,10 +40,19 @@ impl Core {
             }
             m::Stop::ID => self.raise(Event::StopCommand, m::Stop::read(payload)?.reason),
             m::Disarm::ID => self.raise(Event::Disarm, m::Disarm::read(payload)?.reason),
-            m::Arm::ID => self.arm(m::Arm::read(payload)?.token),
+            m::Arm::ID => self.arm(&m::Arm::read(payload)?, wire),
+            m::KeepAlive::ID
+            | m::SegmentTravel::ID
+            | m::SegmentHeading::ID
+            | m::SegmentStart::ID
+                if !self.is_commanded_by(wire) =>
+            {
+                return None;
+            }
             m::KeepAlive::ID => {
                 let counter = m::KeepAlive::read(payload)?.counter;
-                if self.keep_alive.replace(counter) != Some(counter) {
+                if is_later(self.keep_alive, counter) {
+                    self.keep_alive = Some(counter);
                     self.fed_us = now_us;
                 }
             }
@@ -98,20 +108,31 @@ impl Core {
         Some(())
     }
 
-    /// Edge-triggered: the token counts as seen even when arming is refused.
-    fn arm(&mut self, token: u16) {
-        if core::mem::replace(&mut self.arm_token, token) == token
-            || self.supervisor.accepts_motion()
-        {
+    /// Whether what moves the rover is taken from this wire: only from the one that its session came by.
+    fn is_commanded_by(&self, wire: Wire) -> bool {
+        wire == self.link.active()
+    }
+
+    /// Edge-triggered: a token counts as seen even when arming is refused, and one that is not later than all that were
+    /// seen is a late copy.
+    fn arm(&mut self, arm: &m::Arm, wire: Wire) {
+        if !matches!(arm.token.wrapping_sub(self.arm_token), 1..=0x7fff) {
             return;
         }
+        self.arm_token = arm.token;
+        if self.supervisor.accepts_motion() {
+            return;
+        }
+        let owned = self.session == Some(arm.session) && self.is_commanded_by(wire);
         let limit_mv = self.settings.low_voltage_mv;
         let empty = self.battery.is_low() || i32::from(self.battery.voltage_mv()) < limit_mv;
         let resting = matches!(self.supervisor.state(), State::Disarmed | State::Latched);
-        let objections = u32::from(!self.handshake)
+        let blind = forbids_arming(self.lost_sensors()).is_some();
+        let objections = u32::from(!owned)
             | u32::from(self.emergency_input) << 1
             | u32::from(empty) << 2
-            | u32::from(!resting) << 3;
+            | u32::from(!resting) << 3
+            | u32::from(blind) << 4;
         if objections == 0 {
             self.raise(Event::Arm, 0);
         } else {
@@ -120,13 +141,24 @@ impl Core {
     }
 
     fn hello(&mut self, hello: &m::Hello, wire: Wire) {
-        let accepted = hello.schema_hash == m::SCHEMA_HASH;
+        let understood = hello.schema_hash == m::SCHEMA_HASH;
         self.faults
-            .set(fault_code::SCHEMA_MISMATCH, !accepted, hello.schema_hash);
-        // A stranger who says hello while the rover drives does not take the session away.
-        if accepted || !self.supervisor.is_powered() {
-            self.handshake = accepted;
+            .set(fault_code::SCHEMA_MISMATCH, !understood, hello.schema_hash);
+        self.greeted = true;
+        // Whoever says hello while the motors are on does not take the session away, neither on this wire nor on another.
+        let holder = self.session.filter(|_| self.supervisor.is_powered());
+        if let Some(holder) = holder.filter(|_| !self.is_commanded_by(wire)) {
+            self.answer_busy(hello, holder, wire);
+            return;
+        }
+        let busy = holder.is_some_and(|holder| holder != hello.session);
+        let accepted = understood && !busy;
+        if holder.is_none() {
+            self.session = accepted.then_some(hello.session);
             self.link.select(wire);
+        }
+        if let Some(holder) = holder.filter(|_| busy) {
+            self.link.send_urgent(&busy_message(hello, holder, wire));
         }
         let [version_major, version_minor, version_patch] = VERSION;
         self.link.send_urgent(&m::HelloReply {
@@ -145,6 +177,12 @@ impl Core {
         let state = self.state_message();
         self.link.send_urgent(&state);
         self.status_due = true;
+    }
+
+    /// To a companion at the end of a wire that is not the driving one's.
+    fn answer_busy(&mut self, hello: &m::Hello, holder: u16, wire: Wire) {
+        let busy = busy_message(hello, holder, self.link.active());
+        self.link.send_aside(wire, OutgoingFrame::of(&busy));
     }
 
     fn segment_half(&mut self, index: u16, put: impl FnOnce(&mut Self) -> Receipt, now_us: u64) {
@@ -226,7 +264,7 @@ impl Core {
     }
 
     fn reboot_wanted(&mut self, magic: u32) {
-        if self.supervisor.is_powered() {
+        if self.supervisor.is_powered() || !self.is_standing() || !self.greeted {
             return;
         }
         match magic {
@@ -235,6 +273,22 @@ impl Core {
             _ => {}
         }
     }
+}
+
+fn busy_message(hello: &m::Hello, holder: u16, wire: Wire) -> m::HelloBusy {
+    m::HelloBusy {
+        session: hello.session,
+        holder,
+        wire: match wire {
+            Wire::Serial => hello_busy_wire::SERIAL,
+            Wire::Can => hello_busy_wire::CAN,
+        },
+    }
+}
+
+/// Serial-number order (RFC 1982): later by less than half of the numbers there are. The first is later than none.
+fn is_later(last: Option<u8>, counter: u8) -> bool {
+    last.is_none_or(|last| matches!(counter.wrapping_sub(last), 1..=0x7f))
 }
 
 /// A short decimal number at compile time.

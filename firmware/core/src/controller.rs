@@ -14,6 +14,7 @@ use crate::motion::{Motion, Progress, Reference};
 use crate::odometry::Odometry;
 use crate::parameters::Parameters;
 use crate::segment_inbox::SegmentInbox;
+use crate::sensor_loss::forbids_speed;
 use crate::settings::Settings;
 use crate::sonar::Sonar;
 use crate::storage::StorageOrder;
@@ -55,8 +56,11 @@ pub struct Core {
     pub(crate) battery: Battery,
     /// In test mode.
     pub(crate) injection: Option<Injection>,
-    /// A matching Hello has come.
-    pub(crate) handshake: bool,
+    /// A Hello has come, of whatever schema.
+    pub(crate) greeted: bool,
+    /// The companion that may arm: the session of the last Hello that was accepted.
+    pub(crate) session: Option<u16>,
+    /// The latest token seen.
     pub(crate) arm_token: u16,
     pub(crate) keep_alive: Option<u8>,
     /// When the dead-man was last fed.
@@ -72,6 +76,8 @@ pub struct Core {
     pub(crate) has_storage: bool,
     pub(crate) storage_order: Option<StorageOrder>,
     pub(crate) now_us: u64,
+    /// When the last tick really began.
+    began_us: u64,
     ticks: u32,
     state_since_us: u64,
     /// When the jerk-limited stop's reference came to rest.
@@ -107,7 +113,8 @@ impl Core {
             sonar: Sonar::default(),
             battery: Battery::default(),
             injection: None,
-            handshake: false,
+            greeted: false,
+            session: None,
             arm_token: 0,
             keep_alive: None,
             fed_us: 0,
@@ -119,6 +126,7 @@ impl Core {
             has_storage: false,
             storage_order: None,
             now_us: 0,
+            began_us: 0,
             ticks: 0,
             state_since_us: 0,
             still_since_us: None,
@@ -181,7 +189,8 @@ impl Core {
 
     /// One millisecond.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
-        let gap_us = inputs.now_us.saturating_sub(self.now_us);
+        let gap_us = inputs.began_us.saturating_sub(self.began_us);
+        self.began_us = self.began_us.max(inputs.began_us);
         self.now_us = self.now_us.max(inputs.now_us);
         self.link.set_time(self.now_us);
         self.ticks = self.ticks.saturating_add(1);
@@ -253,10 +262,9 @@ impl Core {
         if low {
             self.raise(Event::LowBattery, 0);
         }
-        let dead = self.sonar.dead();
-        let sensor = u32::from(dead.unwrap_or(0));
-        self.faults
-            .set(fault_code::SONAR_DEAD, dead.is_some(), sensor);
+        let lost = self.lost_sensors();
+        let first = lost.trailing_zeros() & 3;
+        self.faults.set(fault_code::SONAR_DEAD, lost != 0, first);
         if !self.supervisor.accepts_motion() {
             return;
         }
@@ -268,6 +276,10 @@ impl Core {
             return;
         }
         let velocity = self.motion.reference().travel.velocity_above();
+        if let Some(sensor) = forbids_speed(lost, velocity) {
+            self.raise(Event::SensorLost, sensor);
+            return;
+        }
         if let Some(sensor) = self.settings.guard.too_near(&self.sonar, velocity) {
             let range = u32::from(self.sonar.range_mm(usize::from(sensor)));
             let detail = range << 8 | u32::from(sensor);
@@ -294,14 +306,22 @@ impl Core {
         }
     }
 
+    /// A bit for each sensor that no longer answers and that driving needs.
+    pub(crate) fn lost_sensors(&self) -> u8 {
+        self.sonar.dead() & self.settings.sonars_needed
+    }
+
+    /// No wheel turns.
+    pub(crate) fn is_standing(&self) -> bool {
+        self.wheels
+            .iter()
+            .all(|wheel| wheel.velocity_um_s().abs() < STANDING_UM_S)
+    }
+
     /// The stop's reference stands; the motors go off when the wheels do.
     fn settle(&mut self) {
         let since_us = *self.still_since_us.get_or_insert(self.now_us);
-        let standing = self
-            .wheels
-            .iter()
-            .all(|wheel| wheel.velocity_um_s().abs() < STANDING_UM_S);
-        if standing || self.now_us.saturating_sub(since_us) >= SETTLE_US {
+        if self.is_standing() || self.now_us.saturating_sub(since_us) >= SETTLE_US {
             self.raise(Event::Stopped, 0);
         }
     }
@@ -369,6 +389,8 @@ impl Core {
         }
         self.drive_check.reset();
         self.faults.armed();
+        // Counters of the keep-alive are compared within one arming.
+        self.keep_alive = None;
         self.fed_us = self.now_us;
     }
 

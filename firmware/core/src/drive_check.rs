@@ -43,7 +43,7 @@ impl DriveCheck {
         for ((watch, step), wheel) in self.watches.iter_mut().zip(steps).zip(wheels) {
             watch.counted = watch.counted.saturating_add(step.unsigned_abs());
             let (duty, velocity) = (i32::from(wheel.duty()), wheel.velocity_um_s());
-            let strained = duty.abs() >= limits.duty;
+            let strained = duty.abs() >= limits.duty || wheel.is_strained();
             let bound = limits.velocity;
             count_while(&mut watch.stalled_ticks, strained && velocity.abs() < bound);
             let against = velocity.abs() > bound && velocity.signum() != duty.signum();

@@ -21,6 +21,8 @@ pub struct Identity {
 pub struct Inputs {
     /// Time since boot; never goes back. The tick's nominal time, if the board has one.
     pub now_us: u64,
+    /// When the tick really began: later than `now_us` on a board that was kept from it.
+    pub began_us: u64,
     /// Quadrature counts, x4, forward positive, wrapping.
     pub encoder_left: i32,
     pub encoder_right: i32,

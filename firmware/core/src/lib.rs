@@ -38,6 +38,7 @@ mod parameter_service;
 pub mod parameters;
 mod reports;
 mod segment_inbox;
+mod sensor_loss;
 mod settings;
 mod sonar;
 mod stop;

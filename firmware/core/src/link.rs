@@ -58,6 +58,8 @@ pub struct Link {
     foreign: u16,
     urgent: Deque<OutgoingFrame, URGENT>,
     routine: Deque<OutgoingFrame, ROUTINE>,
+    /// An answer for whoever is at the end of the other wire.
+    aside: Option<(Wire, OutgoingFrame)>,
     /// Bytes of the frame that the wire has taken in part.
     staged: Staged,
     sequence: u8,
@@ -134,15 +136,26 @@ impl Link {
         core::mem::take(&mut self.dropped)
     }
 
+    /// An answer to the end of a wire that is not the active one. One at a time: the last one counts.
+    pub fn send_aside(&mut self, wire: Wire, frame: OutgoingFrame) {
+        self.aside = Some((wire, frame));
+    }
+
+    /// The wire that frames go to.
+    pub fn active(&self) -> Wire {
+        self.active
+    }
+
     /// From now on frames go to this wire.
     pub fn select(&mut self, wire: Wire) {
         self.active = wire;
     }
 
-    /// The next frame for a wire, None while it is not the active one.
+    /// The next frame for a wire; for one that is not active only what is meant for it.
     pub fn next_frame(&mut self, wire: Wire) -> Option<OutgoingFrame> {
         if wire != self.active {
-            return None;
+            let (_, frame) = self.aside.take_if(|(aside, _)| *aside == wire)?;
+            return Some(frame);
         }
         let frame = self
             .urgent

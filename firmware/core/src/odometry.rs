@@ -111,9 +111,9 @@ impl Odometry {
         [self.x_pm, self.y_pm].map(|pm| saturated(pm / 10_000_000))
     }
 
-    /// Unwrapped.
+    /// Low 32 bits: wraps every 683 turns, and the companion counts on.
     pub fn heading_urad(&self) -> i32 {
-        saturated(self.heading_urad)
+        self.heading_urad as i32
     }
 }
 

@@ -33,6 +33,8 @@ pub enum Parameter {
     GuardEnabled = 54,
     SonarSlotMs = 55,
     SoundSpeed = 56,
+    SonarsFitted = 57,
+    DutyMargin = 58,
     StallDuty = 60,
     StallVelocity = 61,
     StallMs = 62,
@@ -66,7 +68,7 @@ const fn define(
     }
 }
 
-pub const COUNT: usize = 33;
+pub const COUNT: usize = 35;
 
 /// In the order of the identifiers. Q15: 32767 is full duty.
 #[rustfmt::skip]
@@ -102,6 +104,10 @@ pub const DEFINITIONS: [Definition; COUNT] = [
     define(Parameter::GuardEnabled, "guard_enabled", "0 or 1", [1, 0, 1]),
     define(Parameter::SonarSlotMs, "sonar_slot", "ms", [33, 25, 500]),
     define(Parameter::SoundSpeed, "sound_speed", "mm/s", [343_000, 300_000, 380_000]),
+    // A bit for each sensor that the rover has: 1 left, 2 centre, 4 right.
+    define(Parameter::SonarsFitted, "sonars_fitted", "bits", [7, 0, 7]),
+    // Beyond what the commanded speed needs by the feed-forward: a slope of 25 degrees.
+    define(Parameter::DutyMargin, "duty_margin", "Q15", [5_000, 1_000, 32_767]),
     define(Parameter::StallDuty, "stall_duty", "Q15", [19_660, 1, 32_767]),
     define(Parameter::StallVelocity, "stall_velocity", "um/s", [10_000, 1, 1_000_000]),
     define(Parameter::StallMs, "stall_time", "ms", [400, 10, 10_000]),

@@ -103,7 +103,7 @@ impl Core {
         let (cause, cause_detail) = self.supervisor.cause();
         let moving = self.supervisor.state() == State::Moving || self.supervisor.is_stopping();
         let flags = [
-            self.handshake,
+            self.session.is_some(),
             self.emergency_input,
             moving,
             self.supervisor.is_powered(),
@@ -164,7 +164,8 @@ impl Core {
         let reference = self.motion.reference();
         m::ReferenceDistance {
             travel: long(reference.travel.position_nano() / 10_000),
-            heading: long(reference.heading.position_nano() / 1000),
+            // Wraps, as the odometry's.
+            heading: (reference.heading.position_nano() / 1000) as i32,
         }
     }
 }

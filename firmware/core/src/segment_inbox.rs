@@ -24,6 +24,8 @@ struct Slot {
     travel: Option<(u32, i32)>,
     /// Jerk in urad/s^3, flags.
     heading: Option<(i32, u8)>,
+    /// When the run that begins with it starts, firmware time in us.
+    start_us: Option<u64>,
 }
 
 /// Halves that wait. `next_index` is the number of the segment expected next; it survives every flush.
@@ -31,8 +33,6 @@ struct Slot {
 pub struct SegmentInbox {
     next_index: u16,
     slots: [Slot; AHEAD as usize],
-    /// Begin index and firmware time in us.
-    start: Option<(u16, u64)>,
 }
 
 impl SegmentInbox {
@@ -53,9 +53,9 @@ impl SegmentInbox {
         index.wrapping_sub(self.next_index) < AHEAD
     }
 
-    /// The start time of the run that begins with `index`; a later one replaces it.
+    /// The start time of the run that begins with `index`.
     pub fn put_start(&mut self, index: u16, start_us: u64) {
-        self.start = Some((index, start_us));
+        self.store(index, |slot| slot.start_us = Some(start_us));
     }
 
     /// Whether a half of the expected segment is there: nearly never between two segments.
@@ -79,8 +79,7 @@ impl SegmentInbox {
         if !segment.begins {
             return Some((segment, None));
         }
-        let (index, start_us) = self.start?;
-        (index == self.next_index).then_some((segment, Some(start_us)))
+        slot.start_us.map(|start_us| (segment, Some(start_us)))
     }
 
     /// The expected segment was accepted: expect the next.
@@ -94,18 +93,11 @@ impl SegmentInbox {
         if let Some(slot) = self.slots.get_mut(slot_of(self.next_index)) {
             *slot = Slot::default();
         }
-        if self
-            .start
-            .is_some_and(|(index, _)| index == self.next_index)
-        {
-            self.start = None;
-        }
     }
 
     /// Forget every half, after a stop.
     pub fn flush(&mut self) {
         self.slots = Default::default();
-        self.start = None;
     }
 
     fn store(&mut self, index: u16, put: impl FnOnce(&mut Slot)) -> Receipt {
@@ -186,6 +178,21 @@ mod tests {
         assert!(inbox.complete().is_none());
         inbox.put_start(0, 66);
         assert_eq!(inbox.complete().unwrap().1, Some(66));
+    }
+
+    #[test]
+    fn start_times_of_two_runs_that_wait_are_both_kept() {
+        let mut inbox = SegmentInbox::default();
+        inbox.put_start(0, 66);
+        inbox.put_start(1, 77);
+        inbox.put_heading(1, 0, 1);
+        inbox.put_travel(1, 1000, 7);
+        // The older run's half was lost and comes again.
+        inbox.put_heading(0, 0, 3);
+        inbox.put_travel(0, 1000, 7);
+        assert_eq!(inbox.complete().unwrap().1, Some(66));
+        inbox.take();
+        assert_eq!(inbox.complete().unwrap().1, Some(77));
     }
 
     #[test]

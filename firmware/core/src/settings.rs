@@ -19,6 +19,8 @@ pub struct Settings {
     pub stall: Stall,
     pub sonar_slot_us: u64,
     pub sound_speed: i64,
+    /// A bit for each sonar whose loss counts: those that the rover has, none while nobody listens to them.
+    pub sonars_needed: u8,
     pub motion: MotionLimits,
 }
 
@@ -59,6 +61,10 @@ impl Settings {
             },
             sonar_slot_us: milliseconds(Parameter::SonarSlotMs),
             sound_speed: value(Parameter::SoundSpeed),
+            sonars_needed: match value(Parameter::GuardEnabled) {
+                0 => 0,
+                _ => value(Parameter::SonarsFitted) as u8,
+            },
             motion: MotionLimits {
                 travel: Limits {
                     velocity: value(Parameter::MaxTravelVelocity),

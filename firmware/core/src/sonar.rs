@@ -9,7 +9,7 @@ pub const SENSORS: usize = 3;
 /// Range that stands for "no echo".
 pub const NO_ECHO_MM: u16 = u16::MAX;
 /// Pings without any answer from the driver, not even a timeout, after which a sensor counts as dead.
-const DEAD_AFTER: u8 = 10;
+const DEAD_AFTER: u8 = 3;
 /// The sensor rings for this long after its own ping: 2 cm there and back.
 const SHORTEST_ECHO_US: u32 = 116;
 /// 4 m there and back and some reserve.
@@ -126,12 +126,11 @@ impl Sonar {
         })
     }
 
-    /// The first sensor that no longer answers.
-    pub fn dead(&self) -> Option<u8> {
-        self.sensors
-            .iter()
-            .position(|sensor| sensor.unanswered >= DEAD_AFTER)
-            .map(|at| at as u8)
+    /// A bit for each sensor that no longer answers.
+    pub fn dead(&self) -> u8 {
+        (0..).zip(&self.sensors).fold(0, |bits, (at, sensor)| {
+            bits | u8::from(sensor.unanswered >= DEAD_AFTER) << at
+        })
     }
 
     fn ping(&mut self, sensor: u8, now_us: u64) -> u8 {
@@ -259,7 +258,7 @@ mod tests {
         let mut sonar = Sonar::default();
         let (_, results) = run(&mut sonar, 500, |sensor, _| Some((sensor, 0)));
         assert!(results.iter().all(|r| r.status == SonarStatus::NoEcho));
-        assert_eq!(sonar.dead(), None);
+        assert_eq!(sonar.dead(), 0);
         let (_, results) = run(&mut Sonar::default(), 1_200, |sensor, _| {
             (sensor != 2).then_some((sensor, 5_831))
         });

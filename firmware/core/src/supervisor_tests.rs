@@ -2,7 +2,7 @@
 
 use super::*;
 
-const EVENTS: [Event; 17] = [
+const EVENTS: [Event; 18] = [
     Event::BootDone,
     Event::Arm,
     Event::Disarm,
@@ -11,6 +11,7 @@ const EVENTS: [Event; 17] = [
     Event::EmergencyInput,
     Event::DeadMan,
     Event::SonarGuard,
+    Event::SensorLost,
     Event::LowBattery,
     Event::Stall,
     Event::EncoderFault,
@@ -51,6 +52,7 @@ fn every_cell_is_as_specified() {
         (Event::EmergencyInput, "llllll."),
         (Event::DeadMan, "..ss..."),
         (Event::SonarGuard, "...s..."),
+        (Event::SensorLost, "...r..."),
         (Event::LowBattery, "..ss..."),
         (Event::Stall, "..llll."),
         (Event::EncoderFault, "..llll."),

@@ -22,7 +22,7 @@ impl Core {
         let idle = matches!(self.supervisor.state(), State::Disarmed | State::Latched);
         match wanted.enable {
             BEGIN if wanted.key != KEY => return None,
-            BEGIN if idle && self.handshake && self.injection.is_none() => {
+            BEGIN if idle && self.session.is_some() && self.injection.is_none() => {
                 let battery_mv = self.battery.voltage_mv();
                 self.forget_measurements();
                 self.injection = Some(Injection::new(battery_mv, now_us));
@@ -77,6 +77,7 @@ impl Core {
         let [encoder_left, encoder_right] = injection.counts.unwrap_or_default();
         Inputs {
             now_us: inputs.now_us,
+            began_us: inputs.began_us,
             encoder_left,
             encoder_right,
             battery_mv: injection.battery_mv,

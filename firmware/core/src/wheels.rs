@@ -36,6 +36,10 @@ pub struct Gains {
     integral_limit: i64,
     /// 1/s.
     position: i32,
+    /// Duty beyond what the reference needs, Q15 with `FRACTION_BITS`.
+    margin: i32,
+    /// Duty that friction needs at any speed, likewise.
+    friction: i32,
     nominal_mv: u32,
     /// A battery below 60 % of nominal is not compensated further: the duty would only saturate.
     least_mv: u32,
@@ -55,6 +59,8 @@ impl Gains {
             integral: saturated((value(Parameter::GainIntegral) << 32) / 1_000_000_000),
             integral_limit: value(Parameter::IntegralLimit) << 32,
             position: saturated(value(Parameter::GainPosition)),
+            margin: saturated(value(Parameter::DutyMargin) << FRACTION_BITS),
+            friction: saturated(value(Parameter::FeedStatic) << FRACTION_BITS),
             nominal_mv,
             least_mv: (nominal_mv * 3 / 5).max(1),
         }
@@ -141,6 +147,8 @@ pub struct Wheel {
     integral: i64,
     error_um: i32,
     duty: i16,
+    /// The duty is at its bound.
+    strained: bool,
 }
 
 impl Wheel {
@@ -169,6 +177,11 @@ impl Wheel {
         self.duty
     }
 
+    /// The duty has reached the most that the commanded motion can need.
+    pub fn is_strained(&self) -> bool {
+        self.strained
+    }
+
     /// Duty for this tick, Q15; `battery_scale` is that of [`Gains::battery_scale`].
     pub fn control(&mut self, reference: &WheelReference, gains: &Gains, battery_scale: i32) {
         let measured = self.observer.velocity_um_s();
@@ -182,6 +195,7 @@ impl Wheel {
         {
             self.integral -= self.integral >> 4;
             self.duty = 0;
+            self.strained = false;
             return;
         }
         // At most 2^31 nm behind, so 100 times that in um fits.
@@ -192,15 +206,25 @@ impl Wheel {
             .saturating_add(correction)
             .saturating_sub(measured)
             .clamp(-ERROR_LIMIT_UM_S, ERROR_LIMIT_UM_S);
+        let speed = part(gains.feed_velocity, reference.velocity);
+        let push = part(gains.feed_acceleration, reference.acceleration);
         let wanted = part(gains.feed_static, blend(reference.velocity))
-            + part(gains.feed_velocity, reference.velocity)
-            + part(gains.feed_acceleration, reference.acceleration)
+            + speed
+            + push
             + part(gains.velocity, error)
             + (self.integral >> (32 - FRACTION_BITS)) as i32;
-        let duty = saturated(product(wanted, battery_scale) >> (16 + FRACTION_BITS));
+        // A wheel whose encoder is silent gets no more than this, so the rover does not run away at a slow command.
+        let bound = gains
+            .friction
+            .saturating_add(gains.margin)
+            .saturating_add(speed.abs())
+            .saturating_add(push.abs());
+        self.strained = wanted.abs() >= bound;
+        let bounded = wanted.min(bound).max(-bound);
+        let duty = saturated(product(bounded, battery_scale) >> (16 + FRACTION_BITS));
         // Anti-windup: a saturated output only lets the integral come back.
-        let full = duty.abs() > FULL && (duty < 0) == (error < 0);
-        if !full {
+        let full = self.strained || duty.abs() > FULL;
+        if !(full && (wanted < 0) == (error < 0)) {
             // Not clamp: it panics when its bounds are the wrong way round.
             let integral = self.integral + product(gains.integral, error);
             self.integral = integral
@@ -215,6 +239,7 @@ impl Wheel {
         self.integral = 0;
         self.error_um = 0;
         self.duty = 0;
+        self.strained = false;
     }
 }
 

@@ -29,6 +29,7 @@ fn random_inputs(random: &mut Random, now_us: u64) -> Inputs {
     });
     Inputs {
         now_us,
+        began_us: now_us,
         encoder_left: random.next() as i32 >> random.below(32),
         encoder_right: random.next() as i32 >> random.below(32),
         battery_mv: random.next() as u16,
@@ -65,6 +66,7 @@ fn well_formed_frames_of_any_content_never_panic() {
         let mut now_us = seed << 30;
         let mut token = 0_u16;
         let (mut sequence, mut driven) = (0_u8, 0);
+        let mut pinged = None;
         for _ in 0..20_000 {
             for _ in 0..random.below(4) {
                 let (identifier, length) = COMMANDS[random.below(COMMANDS.len() as u64) as usize];
@@ -78,6 +80,15 @@ fn well_formed_frames_of_any_content_never_panic() {
                     payload[0] = random.below(16) as u8;
                     payload[1] = 0;
                 }
+                if identifier == 24 {
+                    // An honest companion goes by the latest token that was seen.
+                    let seen = u16::from_le_bytes([payload[0], payload[1]]);
+                    token = if seen.wrapping_sub(token) < 0x8000 {
+                        seen
+                    } else {
+                        token
+                    };
+                }
                 let length = length + usize::from(random.below(40) == 0);
                 let mut wire = [0; MAX_FRAME];
                 let count = encode(identifier, sequence, &payload[..length.min(8)], &mut wire);
@@ -87,18 +98,26 @@ fn well_formed_frames_of_any_content_never_panic() {
             if random.below(20) == 0 {
                 let mut hello = [0; 6];
                 hello[..4].copy_from_slice(&m::SCHEMA_HASH.to_le_bytes());
-                core.receive_frame(256, &hello, now_us);
                 token = token.wrapping_add(1);
-                core.receive_frame(24, &token.to_le_bytes(), now_us);
+                let mut arm = [0; 4];
+                arm[..2].copy_from_slice(&token.to_le_bytes());
+                for (identifier, payload) in [(256, &hello[..]), (24, &arm[..])] {
+                    let mut wire = [0; MAX_FRAME];
+                    let count = encode(identifier, sequence, payload, &mut wire);
+                    sequence = sequence.wrapping_add(1);
+                    core.receive(&wire[..count], now_us);
+                }
             }
             now_us += 1_000;
             let mut inputs = random_inputs(&mut random, now_us);
             if seed % 2 == 0 {
                 inputs.battery_mv = 7_400;
+                inputs.sonar = pinged.map(|sensor| SonarEcho { sensor, echo_us: 0 });
                 inputs.encoder_left = 0;
                 inputs.encoder_right = 0;
             }
             let outputs = core.tick(&inputs);
+            pinged = outputs.sonar_trigger;
             driven += u32::from(outputs.powered);
             drain(&mut core);
         }

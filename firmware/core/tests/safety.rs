@@ -55,7 +55,10 @@ fn arming_needs_a_handshake_a_battery_a_released_emergency_stop_and_a_new_token(
         schema_hash: m::SCHEMA_HASH,
         session: 1,
     });
-    rig.send(&m::Arm { token: 1 });
+    rig.send(&m::Arm {
+        token: 1,
+        session: 1,
+    });
     rig.run_ms(2);
     assert_eq!(
         rig.state().state,
@@ -184,7 +187,7 @@ fn only_a_new_token_releases_the_latch_and_a_repeated_one_never_does() {
     );
     let token = rig.state().arm_token;
     for _ in 0..5 {
-        rig.send(&m::Arm { token });
+        rig.send(&m::Arm { token, session: 1 });
         rig.run_ms(10);
     }
     assert_eq!(rig.state().state, state::LATCHED);

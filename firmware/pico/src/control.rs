@@ -1,7 +1,7 @@
 //! The control loop: 1 kHz, in an interrupt executor. Gathers the inputs, lets the core decide, sets the outputs.
 
 use embassy_executor::task;
-use embassy_time::Duration;
+use embassy_time::{Duration, Instant};
 use rover_core::{Core, Inputs, Reboot};
 
 use crate::battery::Battery;
@@ -31,10 +31,12 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
     let mut powered = false;
     loop {
         let now = ticker.next().await;
+        let began = Instant::now();
         hardware.link.receive(core, powered);
         let (encoder_left, encoder_right) = hardware.encoders.read();
         let outputs = core.tick(&Inputs {
             now_us: now.as_micros(),
+            began_us: began.as_micros(),
             encoder_left,
             encoder_right,
             battery_mv: hardware.battery.measure(now),

@@ -2,11 +2,12 @@
 //!
 //! UART and USB carry the same bytes. Each hands over whole frames, so that bytes of two wires never mix in the core's
 //! decoder. The core itself keeps serial line and CAN bus apart; which of UART and USB is the serial line is decided
-//! here: the one on which the last Hello came that the core takes, and before any Hello the UART.
+//! here: the one on which the last Hello came while the motors were off, and before any Hello the UART. While they are on
+//! the other one is heard only when it wants the rover to stop.
 
 use rover_core::Core;
 use rover_protocol::framing::{Decoder, MAX_FRAME};
-use rover_protocol::messages::{Hello, SCHEMA_HASH};
+use rover_protocol::messages::{Disarm, EmergencyStop, Hello, Stop};
 use rover_protocol::Message;
 
 use crate::chunk::Chunk;
@@ -35,16 +36,18 @@ impl Collector {
     }
 }
 
-/// A Hello, if these bytes are one. All others are told from it by three bytes: its identifier is 0x0100.
-fn hello(frame: &[u8]) -> Option<Hello> {
-    let [1, _, 1, ..] = frame else { return None };
+/// Whether these bytes are a good Hello. All others are told from it by three bytes: its identifier is 0x0100.
+fn is_hello(frame: &[u8]) -> bool {
+    let [1, _, 1, ..] = frame else { return false };
     let mut decoder = Decoder::new();
-    let frame = frame.iter().find_map(|byte| decoder.push(*byte))?;
-    if frame.identifier == Hello::ID {
-        Hello::read(frame.payload())
-    } else {
-        None
-    }
+    let decoded = frame.iter().find_map(|byte| decoder.push(*byte));
+    decoded.is_some_and(|frame| frame.identifier == Hello::ID)
+}
+
+/// Whether these bytes want the rover to stop: identifiers below 256 are a run of one byte before a zero.
+fn is_stop(frame: &[u8]) -> bool {
+    let [2, low, ..] = frame else { return false };
+    [EmergencyStop::ID, Stop::ID, Disarm::ID].contains(&u16::from(*low))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -71,8 +74,7 @@ impl Link {
         }
     }
 
-    /// Everything that has come in. `powered`: the motors are on, so that a companion of another version is not
-    /// answered on a wire of its own.
+    /// Everything that has come in. `powered`: the motors are on, so that the serial line stays where it is.
     pub fn receive(&mut self, core: &mut Core, powered: bool) {
         if uart::LOST.take() | can::LOST.take() {
             core.note_receive_overflow();
@@ -80,13 +82,15 @@ impl Link {
         can_report::deliver(core);
         while let Ok(chunk) = uart::RECEIVED.try_receive() {
             let collector = &mut self.from_uart;
+            let heard = !powered || self.serial == Serial::Uart;
             // The last byte came at the chunk's time, the others before it, one after the other.
-            if feed(core, collector, &chunk, BYTE_US, powered) {
+            if feed(core, collector, &chunk, BYTE_US, heard) && !powered {
                 self.serial = Serial::Uart;
             }
         }
         while let Ok(chunk) = usb::RECEIVED.try_receive() {
-            if feed(core, &mut self.from_usb, &chunk, 0, powered) {
+            let heard = !powered || self.serial == Serial::Usb;
+            if feed(core, &mut self.from_usb, &chunk, 0, heard) && !powered {
                 self.serial = Serial::Usb;
             }
         }
@@ -111,28 +115,29 @@ impl Link {
     }
 }
 
-/// Give the frames in a chunk to the core; true when one was a Hello that makes this wire the serial line.
+/// Give the frames in a chunk to the core, only those that stop the rover unless it is `heard`; true when one was a
+/// Hello.
 fn feed(
     core: &mut Core,
     collector: &mut Collector,
     chunk: &Chunk,
     byte_us: u64,
-    powered: bool,
+    heard: bool,
 ) -> bool {
-    let mut chosen = false;
+    let mut greeted = false;
     let mut behind_us = byte_us * chunk.bytes().len() as u64;
     for byte in chunk.bytes() {
         behind_us = behind_us.saturating_sub(byte_us);
         if let Some(frame) = collector.push(*byte) {
-            let greeting = hello(frame);
-            if let Some(hello) = &greeting {
-                chosen |= !powered || hello.schema_hash == SCHEMA_HASH;
+            if !heard && !is_stop(frame) {
+                continue;
             }
             core.receive(frame, chunk.time_us.saturating_sub(behind_us));
-            if greeting.is_some() {
+            if is_hello(frame) {
+                greeted = true;
                 can_report::greet(core);
             }
         }
     }
-    chosen
+    greeted
 }

@@ -10,6 +10,7 @@ const PWM_STEPS: i32 = 6_250;
 pub fn inputs(request: &TickRequest) -> Inputs {
     Inputs {
         now_us: request.now_us,
+        began_us: request.now_us,
         encoder_left: request.encoder_left,
         encoder_right: request.encoder_right,
         battery_mv: request.battery_mv,

@@ -127,7 +127,10 @@ fn answers_the_handshake_arms_and_stops_by_its_dead_man_when_the_line_goes_dead(
         schema_hash: m::SCHEMA_HASH,
         session: 77,
     });
-    rig.send(&m::Arm { token: 1 });
+    rig.send(&m::Arm {
+        token: 1,
+        session: 77,
+    });
     for _ in 0..20 {
         rig.tick();
     }

@@ -14,6 +14,7 @@ from rover_protocol import messages
 
 from rover_hil.device.talk import DeviceTalk
 
+SESSION = 0x5E55
 TEST_KEY = 0x5445
 TEST_MODE_FLAG = 1 << 4
 BEGIN, REST = 1, 2
@@ -48,7 +49,7 @@ class Bench:
         self._base: tuple[int, int] | None = None
         self._due = {"alive": 0.0, "wheels": 0.0, "sensors": 0.0}
 
-    def hello(self, flip: int = 0, session: int = 0x5E55) -> dict[str, Any]:
+    def hello(self, flip: int = 0, session: int = SESSION) -> dict[str, Any]:
         """The handshake's answer, HelloBuild; `flip` makes our schema another one."""
         for _ in range(10):
             self.talk.send("Hello", schema_hash=messages.SCHEMA_HASH ^ flip, session=session)
@@ -84,7 +85,7 @@ class Bench:
     def send_arm(self, step: int = 1) -> None:
         """An Arm with the next token, or with the same one."""
         token = self.talk.until("State", lambda m: True, 1.0)["arm_token"]
-        self.talk.send("Arm", token=(token + step) & 0xFFFF)
+        self.talk.send("Arm", token=(token + step) & 0xFFFF, session=SESSION)
 
     def state(self, *names: str, seconds: float = 2.0) -> dict[str, Any]:
         """Waits for one of these states."""

@@ -28,6 +28,7 @@ SLICE = 5
 
 FORWARDED = ("KeepAlive", "Stop", "EmergencyStop", "Disarm", "SegmentTravel", "SegmentHeading")
 SENSORS_EVERY = 10
+SESSION = 0x5E50
 FIRST_STATES = ("Boot", "Disarmed", "Latched")
 """A log begins at power-on; a board may be in any of these before it is armed."""
 
@@ -72,7 +73,7 @@ class DeviceReplay:
 
     def _prepare(self) -> None:
         talk = self._talk
-        talk.send("Hello", schema_hash=messages.SCHEMA_HASH, session=0x5E50)
+        talk.send("Hello", schema_hash=messages.SCHEMA_HASH, session=SESSION)
         talk.until("HelloBuild", lambda m: m["accepted"] == 1, 2.0)
         talk.send("Disarm")
         talk.until("State", lambda m: m["state"] in FIRST_STATES, 2.0)
@@ -120,7 +121,7 @@ class DeviceReplay:
             if raw["token"] != self._arm_token:
                 self._arm_token = raw["token"]
                 self._next_token = (self._next_token + 1) & 0xFFFF
-            raw["token"] = self._next_token
+            raw["token"], raw["session"] = self._next_token, SESSION
         elif message.name not in FORWARDED:
             return
         self._talk.send(message.name, **raw)

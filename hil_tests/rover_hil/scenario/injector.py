@@ -83,7 +83,8 @@ class Injector:
 
     def _arm(self, injection: Injection) -> None:
         step = 1 if injection.parameters["token"] == "new" else 0
-        self._send("Arm", token=(self._probe.arm_token + step) & 0xFFFF)
+        token = (self._probe.arm_token + step) & 0xFFFF
+        self._send("Arm", token=token, session=self._companion.link.session_number)
 
     def _hello(self, injection: Injection) -> None:
         flip = FLIP if injection.parameters["schema"] == "wrong" else 0

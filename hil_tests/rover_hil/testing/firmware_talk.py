@@ -12,6 +12,7 @@ from rover_protocol import framing, messages
 from rover_hil.named_values import named_values
 from rover_hil.testing.rigs import Client
 
+SESSION = 77
 PATIENCE = 2.0
 """Seconds to wait for bytes that have been announced."""
 
@@ -56,7 +57,7 @@ class FirmwareTalk:
 
     def hello(self) -> int:
         """Sends the handshake."""
-        return self.send("Hello", schema_hash=messages.SCHEMA_HASH, session=77)
+        return self.send("Hello", schema_hash=messages.SCHEMA_HASH, session=SESSION)
 
     def keep_alive(self) -> int:
         """Feeds the dead-man."""
@@ -69,7 +70,7 @@ class FirmwareTalk:
         # What is sent to a board that is still starting is lost.
         client.ask(op="advance", to_us=BOOT_US, host_bytes=0)
         client.ask(op="advance", to_us=now, host_bytes=self.hello())
-        self.send("Arm", token=1)
+        self.send("Arm", token=1, session=SESSION)
         start = now + START_DELAY_US
         self.send("SegmentStart", index=0, start_time=start)
         for index, (duration_us, jerk) in enumerate(SEGMENTS):

@@ -87,11 +87,11 @@ class Node:
             turnaround = min((self._now() - now) & WRAP, 0xFFFF)
             self._send(messages.ClockReply, values[0], now, turnaround)
         elif message is messages.KeepAlive:
-            # A sender that hangs with a full buffer repeats itself, and that is no sign of life.
-            if values[0] != self._keep_alive:
+            # A sender that hangs with a full buffer repeats itself, and a late copy is no sign of life either.
+            if self._keep_alive < 0 or 0 < (values[0] - self._keep_alive) & 0xFF < 0x80:
                 self._keep_alive = values[0]
                 self._heard_at = now
-        elif message is messages.Arm and values[0] != self._arm_token:
+        elif message is messages.Arm and 0 < (values[0] - self._arm_token) & 0xFFFF < 0x8000:
             self._arm_token = values[0]
             self._refused += 1
             self._send(messages.Fault, messages.FAULT_CODE_ARM_REFUSED, 0, self._refused & 0xFFFF, 0)
@@ -99,6 +99,7 @@ class Node:
 
     def _answer_hello(self, schema_hash, session):
         same = schema_hash == messages.SCHEMA_HASH
+        self._keep_alive = -1
         self.handshake_done = same
         board = messages.HELLO_REPLY_BOARD_MICRO_PYTHON
         self._send(messages.HelloReply, messages.SCHEMA_HASH, VERSION[0], VERSION[1], VERSION[2], board)

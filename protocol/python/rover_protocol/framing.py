@@ -1,13 +1,15 @@
-"""Frames on the serial line: COBS(identifier u16 LE | sequence u8 | payload | CRC-16 LE), then a zero byte.
+"""Frames on the serial line: a zero byte, COBS(identifier u16 LE | sequence u8 | payload | CRC-16 LE), a zero byte.
 
-A zero byte ends a frame and occurs nowhere else, so a receiver is in step again after the next one, whatever
-came before. The sequence byte counts the frames of one direction; the receiver counts its gaps.
+A zero byte ends a frame and occurs nowhere else. The one in front ends what noise has put on the line before, so
+that only a frame that noise has hit itself is lost. The sequence byte counts the frames of one direction; the
+receiver counts its gaps.
 """
 
 MAX_PAYLOAD = 8
 OVERHEAD = 5
 MAX_BODY = OVERHEAD + MAX_PAYLOAD
-MAX_FRAME = MAX_BODY + 2
+DELIMITERS = 3  # a zero at both ends, and the first COBS code byte
+MAX_FRAME = MAX_BODY + DELIMITERS
 
 
 def crc16(data: bytes | bytearray, length: int) -> int:
@@ -31,32 +33,33 @@ def encode_into(identifier: int, sequence: int, payload: bytes | bytearray, leng
     if length > MAX_PAYLOAD:
         raise ValueError(f"a payload has at most {MAX_PAYLOAD} bytes, got {length}")
     body = length + OVERHEAD
-    # The body goes one place to the right, behind the first code byte; COBS then only replaces its zeros.
-    out[1] = identifier & 255
-    out[2] = identifier >> 8 & 255
-    out[3] = sequence & 255
-    for position in range(length):
-        out[4 + position] = payload[position]
+    # The body stands behind the leading zero and the first code byte; COBS then only replaces its zeros.
     out[0] = 0
+    out[1] = 0
+    out[2] = identifier & 255
+    out[3] = identifier >> 8 & 255
+    out[4] = sequence & 255
+    for position in range(length):
+        out[5 + position] = payload[position]
     crc = 0xFFFF
-    for position in range(1, length + 4):
+    for position in range(2, length + 5):
         x = (crc >> 8) ^ out[position]
         x ^= x >> 4
         crc = ((crc << 8) ^ (x << 12) ^ (x << 5) ^ x) & 0xFFFF
-    out[length + 4] = crc & 255
-    out[length + 5] = crc >> 8
-    code_at = 0
-    for position in range(1, body + 1):
+    out[length + 5] = crc & 255
+    out[length + 6] = crc >> 8
+    code_at = 1
+    for position in range(2, body + 2):
         if out[position] == 0:
             out[code_at] = position - code_at
             code_at = position
-    out[code_at] = body + 1 - code_at
-    out[body + 1] = 0
-    return body + 2
+    out[code_at] = body + 2 - code_at
+    out[body + 2] = 0
+    return body + 3
 
 
 def encode(identifier: int, sequence: int, payload: bytes | bytearray) -> bytes:
-    """The frame as bytes, with the zero at its end. Raises ValueError when the payload is too long."""
+    """The frame as bytes, with a zero at both ends. Raises ValueError when the payload is too long."""
     out = bytearray(MAX_FRAME)
     return bytes(out[: encode_into(identifier, sequence, payload, len(payload), out)])
 

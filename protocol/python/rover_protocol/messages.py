@@ -5,14 +5,14 @@ Written by `python -m tools.generate`: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0x41171CFD
+SCHEMA_HASH = 0x31215C29
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
 # Jerk-limited stop, then latch. Idempotent.
 Stop = Message("Stop", 0x010, 1, (("reason", 0, 1, False),))
-# Arm or re-arm, edge-triggered: acts only when token differs from the last token seen. Refused (fault counted) before a matching Hello, with the emergency-stop input active, or with the battery too low.
-Arm = Message("Arm", 0x018, 2, (("token", 0, 2, False),))
+# Arm or re-arm, edge-triggered: acts only when token is later than every token seen before, so that a late copy does nothing. Refused (fault counted) from another session or wire than the last Hello that was accepted, with the emergency-stop input active, with the battery too low, or without a sensor that driving needs.
+Arm = Message("Arm", 0x018, 4, (("token", 0, 2, False), ("session", 2, 2, False),))
 # Stop jerk-limited, then switch the motors off without a latch.
 Disarm = Message("Disarm", 0x019, 1, (("reason", 0, 1, False),))
 # Feeds the dead-man while no motion is streamed.
@@ -35,7 +35,7 @@ State = Message("State", 0x060, 8, (("state", 0, 1, False), ("cause", 1, 1, Fals
 WheelTicks = Message("WheelTicks", 0x070, 8, (("time", 0, 2, False), ("left", 2, 3, True), ("right", 5, 3, True),))
 # Dead-reckoned position since boot.
 OdometryPosition = Message("OdometryPosition", 0x071, 8, (("x", 0, 4, True), ("y", 4, 4, True),))
-# Dead-reckoned heading since boot, unwrapped, with the time of both odometry messages.
+# Dead-reckoned heading since boot, with the time of both odometry messages.
 OdometryHeading = Message("OdometryHeading", 0x072, 8, (("heading", 0, 4, True), ("time", 4, 4, False),))
 # Reference and measured motion.
 Velocity = Message("Velocity", 0x073, 8, (("reference_travel", 0, 2, True), ("reference_heading", 2, 2, True), ("measured_travel", 4, 2, True), ("measured_heading", 6, 2, True),))
@@ -59,6 +59,8 @@ Hello = Message("Hello", 0x100, 6, (("schema_hash", 0, 4, False), ("session", 4,
 HelloReply = Message("HelloReply", 0x101, 8, (("schema_hash", 0, 4, False), ("version_major", 4, 1, False), ("version_minor", 5, 1, False), ("version_patch", 6, 1, False), ("board", 7, 1, False),))
 # Second answer to Hello.
 HelloBuild = Message("HelloBuild", 0x102, 8, (("git_hash", 0, 4, False), ("reset_cause", 4, 1, False), ("accepted", 5, 1, False), ("session", 6, 2, False),))
+# Answer to Hello, on the wire that it came by: another session drives the rover and keeps it until the motors are off.
+HelloBusy = Message("HelloBusy", 0x103, 5, (("session", 0, 2, False), ("holder", 2, 2, False), ("wire", 4, 1, False),))
 # Asks for a parameter.
 ParameterGet = Message("ParameterGet", 0x110, 2, (("identifier", 0, 2, False),))
 # Sets a parameter in memory.
@@ -75,7 +77,7 @@ TestMode = Message("TestMode", 0x130, 3, (("enable", 0, 1, False), ("key", 1, 2,
 InjectWheels = Message("InjectWheels", 0x131, 8, (("left", 0, 4, True), ("right", 4, 4, True),))
 # All other measurements in test mode.
 InjectSensors = Message("InjectSensors", 0x132, 7, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False),))
-# Restarts. Refused while armed.
+# Restarts. Ignored while armed, while a wheel turns, and before the first Hello, whatever its schema.
 Reboot = Message("Reboot", 0x7F0, 4, (("magic", 0, 4, False),))
 
 BY_ID = {
@@ -105,6 +107,7 @@ BY_ID = {
     0x100: Hello,
     0x101: HelloReply,
     0x102: HelloBuild,
+    0x103: HelloBusy,
     0x110: ParameterGet,
     0x111: ParameterSet,
     0x112: ParameterValue,
@@ -158,7 +161,8 @@ STATE_CAUSE_UNDERRUN = 9
 STATE_CAUSE_DISARM = 10
 STATE_CAUSE_INTERNAL = 11
 STATE_CAUSE_INJECTOR_SILENT = 12
-STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent"}
+STATE_CAUSE_SENSOR_LOST = 13
+STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent", 13: "SensorLost"}
 
 # Sonar.status
 SONAR_STATUS_OK = 0
@@ -200,6 +204,11 @@ HELLO_BUILD_RESET_CAUSE_BROWN_OUT = 3
 HELLO_BUILD_RESET_CAUSE_UNKNOWN = 4
 HELLO_BUILD_RESET_CAUSE_NAMES = {0: "PowerOn", 1: "Watchdog", 2: "Software", 3: "BrownOut", 4: "Unknown"}
 
+# HelloBusy.wire
+HELLO_BUSY_WIRE_SERIAL = 0
+HELLO_BUSY_WIRE_CAN = 1
+HELLO_BUSY_WIRE_NAMES = {0: "Serial", 1: "Can"}
+
 # ParameterValue.status
 PARAMETER_VALUE_STATUS_OK = 0
 PARAMETER_VALUE_STATUS_UNKNOWN_PARAMETER = 1
@@ -221,6 +230,7 @@ VALUES: dict[str, dict[str, dict[int, str]]] = {
     "Fault": {"code": FAULT_CODE_NAMES},
     "HelloReply": {"board": HELLO_REPLY_BOARD_NAMES},
     "HelloBuild": {"reset_cause": HELLO_BUILD_RESET_CAUSE_NAMES},
+    "HelloBusy": {"wire": HELLO_BUSY_WIRE_NAMES},
     "ParameterValue": {"status": PARAMETER_VALUE_STATUS_NAMES},
     "ParameterCommand": {"command": PARAMETER_COMMAND_NAMES},
 }

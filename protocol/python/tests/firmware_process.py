@@ -165,8 +165,8 @@ class Conversation:
         self.run(20)
         self.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=1)
         self.run(5)
-        self.send(messages.Arm, token=token)
-        self.send(messages.KeepAlive, counter=self.firmware.now_us // 1000 & 255)
+        self.send(messages.Arm, token=token, session=1)
+        self.send(messages.KeepAlive, counter=0)
         self.run(5)
         assert self.last["State"]["state"] == messages.STATE_ARMED, self.last["State"]
 

@@ -98,7 +98,7 @@ def stream(talk: Conversation, line: BadLine | Conversation, run: list[tuple[int
             line.send(messages.Hello, schema_hash=messages.SCHEMA_HASH, session=1)
         elif ms % 40 == 0 and state.get("state") == messages.STATE_DISARMED and now > 100_000:
             token += 1
-            line.send(messages.Arm, token=token)
+            line.send(messages.Arm, token=token, session=1)
         armed = state.get("state") in (messages.STATE_ARMED, messages.STATE_MOVING)
         status = last.get("MotionStatus")
         if armed and status:
@@ -118,8 +118,8 @@ def stream(talk: Conversation, line: BadLine | Conversation, run: list[tuple[int
             if status["executing"] == len(run) - 1 and status["queued"] == 0:
                 break
         line.run(1)
-    for counter in range(30):
-        line.send(messages.KeepAlive, counter=counter)
+    for later in range(1, 31):
+        line.send(messages.KeepAlive, counter=(ms // 50 + later) & 255)
         line.run(50)
     return executed
 
@@ -217,7 +217,7 @@ def test_a_frame_with_a_wrong_checksum_is_counted_and_does_nothing() -> None:
         talk.arm()
         for n in range(200):
             stop = bytearray(framing.encode(messages.EmergencyStop.ID, n, b"\x07"))
-            stop[5] ^= 1 + n % 5
+            stop[6] ^= 1 + n % 5
             talk.firmware.send(bytes(stop))
             talk.run(1)
         talk.send(messages.KeepAlive, counter=9)

@@ -45,22 +45,22 @@ def test_frames_survive_any_chunking(sent, chunk: int) -> None:
 
 
 @given(frames)
-def test_the_only_zero_of_a_frame_is_its_last_byte(frame) -> None:
+def test_zeros_are_at_the_ends_of_a_frame_only(frame) -> None:
     wire = framing.encode(*frame)
-    assert wire.index(0) == len(wire) - 1
-    assert len(wire) == len(frame[2]) + 7 <= framing.MAX_FRAME
+    assert (wire[0], wire.index(0, 1)) == (0, len(wire) - 1)
+    assert len(wire) == len(frame[2]) + 8 <= framing.MAX_FRAME
 
 
 @given(st.binary(max_size=300), frames)
-def test_after_any_garbage_the_second_frame_at_the_latest_is_received(garbage: bytes, frame) -> None:
+def test_after_any_garbage_the_next_frame_is_received(garbage: bytes, frame) -> None:
     decoder = framing.Decoder()
-    assert decoder.feed(garbage + framing.encode(*frame) * 2)[-1] == frame
+    assert decoder.feed(garbage + framing.encode(*frame))[-1] == frame
 
 
 @given(frames, st.data())
 def test_no_single_bit_error_passes_as_a_frame(frame, data) -> None:
     wire = bytearray(framing.encode(*frame))
-    bit = data.draw(st.integers(0, 8 * (len(wire) - 1) - 1))
+    bit = data.draw(st.integers(8, 8 * (len(wire) - 1) - 1))
     wire[bit // 8] ^= 1 << bit % 8
     assert framing.Decoder().feed(wire) == []
 

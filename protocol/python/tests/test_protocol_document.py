@@ -49,9 +49,9 @@ def test_the_schema_hash_is_the_present_one() -> None:
 def test_the_frame_by_hand_is_in_the_vectors() -> None:
     example = re.search(r"^frame +([0-9a-f ]+)$", DOCUMENT, re.MULTILINE).group(1)
     vector = next(v for v in golden.load("messages") if v["frame"] == example.replace(" ", ""))
-    assert (vector["message"], vector["sequence"], vector["values"]) == ("Arm", 7, {"token": 0})
+    assert (vector["message"], vector["sequence"], vector["values"]) == ("Arm", 7, {"token": 0, "session": 0})
     body = bytes.fromhex(re.search(r"^body +([0-9a-f ]+)$", DOCUMENT, re.MULTILINE).group(1))
-    assert framing.crc16(body, len(body) - 2) == int.from_bytes(body[-2:], "little") == 0x92EB
+    assert framing.crc16(body, len(body) - 2) == int.from_bytes(body[-2:], "little") == 0x32CC
 
 
 def test_the_session_is_what_the_codec_sends() -> None:

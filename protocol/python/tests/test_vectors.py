@@ -86,4 +86,4 @@ def test_a_frame_by_hand() -> None:
     body = bytes([0x10, 0x00, 0x00, 0x07])
     assert framing.crc16(body, 4) == 0xEF80
     assert framing.crc16(b"123456789", 9) == 0x29B1
-    assert framing.encode(0x010, 0, b"\x07") == bytes([2, 0x10, 1, 4, 0x07, 0x80, 0xEF, 0])
+    assert framing.encode(0x010, 0, b"\x07") == bytes([0, 2, 0x10, 1, 4, 0x07, 0x80, 0xEF, 0])

@@ -1,7 +1,7 @@
-//! Frames on the serial line: COBS(identifier u16 LE | sequence u8 | payload | CRC-16 LE), then a zero byte.
+//! Frames on the serial line: a zero byte, COBS(identifier u16 LE | sequence u8 | payload | CRC-16 LE), a zero byte.
 //!
-//! A zero byte ends a frame and occurs nowhere else, so a receiver is in step again after the next one, whatever came
-//! before. The sequence byte counts the frames of one direction; the receiver counts its gaps.
+//! A zero byte ends a frame and occurs nowhere else. The one in front ends what noise has put on the line before, so that
+//! only a frame that noise has hit itself is lost. The sequence byte counts the frames of one direction; the receiver counts its gaps.
 
 use crate::Message;
 
@@ -10,8 +10,8 @@ pub const MAX_PAYLOAD: usize = 8;
 /// Identifier, sequence and checksum.
 const OVERHEAD: usize = 5;
 const MAX_BODY: usize = OVERHEAD + MAX_PAYLOAD;
-/// Longest frame on the wire, with the COBS code byte and the zero that ends it.
-pub const MAX_FRAME: usize = MAX_BODY + 2;
+/// Longest frame on the wire, with the COBS code byte and a zero at both ends.
+pub const MAX_FRAME: usize = MAX_BODY + 3;
 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, not reflected. Check value of "123456789": 0x29B1.
 pub fn crc16(bytes: &[u8]) -> u16 {
@@ -27,7 +27,7 @@ fn crc16_step(crc: u16, byte: u8) -> u16 {
     (crc << 8) ^ (x << 12) ^ (x << 5) ^ x
 }
 
-/// Write a frame with its zero at the end; returns its length. Payload beyond [`MAX_PAYLOAD`] is cut off.
+/// Write a frame with a zero at both ends; returns its length. Payload beyond [`MAX_PAYLOAD`] is cut off.
 pub fn encode(identifier: u16, sequence: u8, payload: &[u8], out: &mut [u8; MAX_FRAME]) -> usize {
     let mut body = [0; MAX_BODY];
     let [low, high] = identifier.to_le_bytes();
@@ -61,23 +61,23 @@ pub fn encode_message<M: Message>(message: &M, sequence: u8, out: &mut [u8; MAX_
     )
 }
 
-/// COBS of the first `length` bytes of a body, with the zero behind. Bodies are so short that a code is never 0xFF.
+/// COBS of the first `length` bytes of a body, with a zero before and behind. Bodies are so short that a code is never 0xFF.
 fn stuff(body: &[u8; MAX_BODY], length: usize, out: &mut [u8; MAX_FRAME]) -> usize {
     *out = [0; MAX_FRAME];
-    let mut code_at = 0;
+    let mut code_at = 1;
     let mut code: u8 = 1;
     for (i, byte) in body.iter().take(length).enumerate() {
         if *byte == 0 {
             set(out, code_at, code);
-            code_at = i + 1;
+            code_at = i + 2;
             code = 1;
         } else {
-            set(out, i + 1, *byte);
+            set(out, i + 2, *byte);
             code += 1;
         }
     }
     set(out, code_at, code);
-    length + 2
+    length + 3
 }
 
 fn set(out: &mut [u8; MAX_FRAME], at: usize, value: u8) {

@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0x41171cfd;
+pub const SCHEMA_HASH: u32 = 0x31215c29;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -37,6 +37,7 @@ pub const fn length(identifier: u16) -> Option<usize> {
         Hello::ID => Some(Hello::LENGTH),
         HelloReply::ID => Some(HelloReply::LENGTH),
         HelloBuild::ID => Some(HelloBuild::LENGTH),
+        HelloBusy::ID => Some(HelloBusy::LENGTH),
         ParameterGet::ID => Some(ParameterGet::LENGTH),
         ParameterSet::ID => Some(ParameterSet::LENGTH),
         ParameterValue::ID => Some(ParameterValue::LENGTH),
@@ -94,27 +95,33 @@ impl Message for Stop {
     }
 }
 
-/// Arm or re-arm, edge-triggered: acts only when token differs from the last token seen. Refused (fault
-/// counted) before a matching Hello, with the emergency-stop input active, or with the battery too low.
+/// Arm or re-arm, edge-triggered: acts only when token is later than every token seen before, so that a
+/// late copy does nothing. Refused (fault counted) from another session or wire than the last Hello that
+/// was accepted, with the emergency-stop input active, with the battery too low, or without a sensor that
+/// driving needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Arm {
-    /// Any value that differs from the previous one.
+    /// State.arm_token plus 1; compared in serial-number order: later by 1 to 32767.
     pub token: u16,
+    /// That of the Hello.
+    pub session: u16,
 }
 
 impl Message for Arm {
     const ID: u16 = 0x018;
-    const LENGTH: usize = 2;
+    const LENGTH: usize = 4;
 
     fn write(&self, out: &mut [u8; 8]) {
         let [b0, b1] = self.token.to_le_bytes();
-        *out = [b0, b1, 0, 0, 0, 0, 0, 0];
+        let [b2, b3] = self.session.to_le_bytes();
+        *out = [b0, b1, b2, b3, 0, 0, 0, 0];
     }
 
     fn read(payload: &[u8]) -> Option<Self> {
-        let p: &[u8; 2] = payload.try_into().ok()?;
+        let p: &[u8; 4] = payload.try_into().ok()?;
         Some(Self {
             token: u16::from_le_bytes([p[0], p[1]]),
+            session: u16::from_le_bytes([p[2], p[3]]),
         })
     }
 }
@@ -144,7 +151,7 @@ impl Message for Disarm {
 /// Feeds the dead-man while no motion is streamed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KeepAlive {
-    /// Counts up, so that a stuck sender is seen: an unchanged counter does not feed.
+    /// Counts up, so that a stuck sender is seen: one that is not later by 1 to 127 does not feed.
     pub counter: u8,
 }
 
@@ -359,13 +366,13 @@ pub struct State {
     pub state: u8,
     /// Why it last stopped; 0 None, 1 StopCommand, 2 EmergencyCommand, 3 EmergencyInput, 4 DeadMan, 5
     /// SonarGuard, 6 LowBattery, 7 Stall, 8 EncoderFault, 9 Underrun, 10 Disarm, 11 Internal, 12
-    /// InjectorSilent.
+    /// InjectorSilent, 13 SensorLost.
     pub cause: u8,
     /// Reason byte of a stop command, or the number of the sensor or wheel.
     pub cause_detail: u8,
     /// Bit set of active faults.
     pub faults: u16,
-    /// The last token seen.
+    /// The latest token seen.
     pub arm_token: u16,
     /// Bit 0 handshake done; bit 1 emergency-stop input active; bit 2 moving; bit 3 motors powered; bit 4
     /// test mode: the bridges are off whatever bit 3 says.
@@ -443,6 +450,8 @@ pub mod state_cause {
     pub const INTERNAL: u8 = 11;
     /// InjectorSilent.
     pub const INJECTOR_SILENT: u8 = 12;
+    /// SensorLost.
+    pub const SENSOR_LOST: u8 = 13;
 }
 
 /// Quadrature counts, x4.
@@ -505,10 +514,10 @@ impl Message for OdometryPosition {
     }
 }
 
-/// Dead-reckoned heading since boot, unwrapped, with the time of both odometry messages.
+/// Dead-reckoned heading since boot, with the time of both odometry messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OdometryHeading {
-    /// In 1e-06 rad.
+    /// In 1e-06 rad; counts whole turns; wraps every 4294.967296 rad.
     pub heading: i32,
     /// In 1e-06 s; firmware clock.
     pub time: u32,
@@ -574,7 +583,7 @@ impl Message for Velocity {
 pub struct ReferenceDistance {
     /// In 1e-05 m; sum since boot.
     pub travel: i32,
-    /// In 1e-06 rad; sum since boot.
+    /// In 1e-06 rad; sum since boot; wraps every 4294.967296 rad.
     pub heading: i32,
 }
 
@@ -924,7 +933,7 @@ pub struct HelloBuild {
     pub git_hash: u32,
     /// 0 PowerOn, 1 Watchdog, 2 Software, 3 BrownOut, 4 Unknown.
     pub reset_cause: u8,
-    /// 1 when the schema hashes agree.
+    /// 1 when the schema hashes agree and the session is yours.
     pub accepted: u8,
     /// Echoed.
     pub session: u16,
@@ -965,6 +974,47 @@ pub mod hello_build_reset_cause {
     pub const BROWN_OUT: u8 = 3;
     /// Unknown.
     pub const UNKNOWN: u8 = 4;
+}
+
+/// Answer to Hello, on the wire that it came by: another session drives the rover and keeps it until the
+/// motors are off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HelloBusy {
+    /// Echoed.
+    pub session: u16,
+    /// Session that drives.
+    pub holder: u16,
+    /// That it is connected by; 0 Serial, 1 Can.
+    pub wire: u8,
+}
+
+impl Message for HelloBusy {
+    const ID: u16 = 0x103;
+    const LENGTH: usize = 5;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1] = self.session.to_le_bytes();
+        let [b2, b3] = self.holder.to_le_bytes();
+        let b4 = self.wire;
+        *out = [b0, b1, b2, b3, b4, 0, 0, 0];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 5] = payload.try_into().ok()?;
+        Some(Self {
+            session: u16::from_le_bytes([p[0], p[1]]),
+            holder: u16::from_le_bytes([p[2], p[3]]),
+            wire: p[4],
+        })
+    }
+}
+
+/// Values of `HelloBusy::wire`.
+pub mod hello_busy_wire {
+    /// Serial.
+    pub const SERIAL: u8 = 0;
+    /// Can.
+    pub const CAN: u8 = 1;
 }
 
 /// Asks for a parameter.
@@ -1218,7 +1268,7 @@ impl Message for InjectSensors {
     }
 }
 
-/// Restarts. Refused while armed.
+/// Restarts. Ignored while armed, while a wheel turns, and before the first Hello, whatever its schema.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reboot {
     /// 0x52424F54 restart, 0x424F4F54 into the bootloader.

@@ -47,14 +47,16 @@ fn wire(frame: &Frame) -> Vec<u8> {
 }
 
 #[test]
-fn every_frame_comes_back_and_has_its_only_zero_at_the_end() {
+fn every_frame_comes_back_and_has_zeros_at_its_ends_only() {
     let mut random = Random(1);
     let mut decoder = Decoder::new();
     for _ in 0..20_000 {
         let frame = random_frame(&mut random);
         let wire = wire(&frame);
         let (last, rest) = wire.split_last().unwrap();
-        assert_eq!(*last, 0);
+        let (first, rest) = rest.split_first().unwrap();
+        assert_eq!((*first, *last), (0, 0));
+        assert!(decoder.push(*first).is_none());
         assert!(rest.iter().all(|byte| *byte != 0));
         assert!(rest.iter().all(|byte| decoder.push(*byte).is_none()));
         assert_eq!(decoder.push(0), Some(frame));

@@ -69,7 +69,7 @@ fn every_message_reads_and_writes_its_golden_payload_and_frame() {
             EmergencyStop Stop Arm Disarm KeepAlive ClockRequest ClockReply SegmentTravel SegmentHeading
             SegmentStart MotionStatus State WheelTicks OdometryPosition OdometryHeading Velocity
             ReferenceDistance Sonar Battery MotorDuty Fault LinkStatistics LogText Hello HelloReply
-            HelloBuild ParameterGet ParameterSet ParameterValue ParameterCommand TelemetryRate
+            HelloBuild HelloBusy ParameterGet ParameterSet ParameterValue ParameterCommand TelemetryRate
             TestMode InjectWheels InjectSensors Reboot);
     }
 }

@@ -114,7 +114,7 @@ class SerialFrames(FrameTransport):
 
     def wire_bytes(self, payload: int) -> float:
         """Payload, identifier, sequence, CRC, the first COBS code and the closing zero."""
-        return payload + framing.OVERHEAD + 2
+        return payload + framing.OVERHEAD + framing.DELIMITERS
 
     def wire_times(self, request: int, reply: int) -> tuple[float, float]:
         """By the baud rate. The adapter of a rig that runs in steps hands a request on `RIG_ADAPTER` after the step's

@@ -21,12 +21,14 @@ class Identity:
 
 
 class Handshake:
-    """Collects the two answers to Hello. Raises PreflightFailed when the schemas differ."""
+    """Collects the answers to Hello. Raises PreflightFailed when the schemas differ."""
 
     def __init__(self, session: int) -> None:
         self.session = session
         self._reply: dict[str, int] | None = None
         self._build: dict[str, int] | None = None
+        self.busy: str | None = None
+        """Who drives the rover, while that is another session: ask again."""
 
     @property
     def done(self) -> bool:
@@ -47,12 +49,19 @@ class Handshake:
         if name == "HelloBuild":
             build = {key: int(value) for key, value in fields.items()}
             if build["session"] == self.session:
+                if self.busy is not None and not build["accepted"]:
+                    return True
                 if not build["accepted"]:
                     raise PreflightFailed(
                         "the firmware refuses the handshake: it holds this companion's schema hash "
                         f"0x{messages.SCHEMA_HASH:08x} for another than its own"
                     )
-                self._build = build
+                self._build, self.busy = build, None
+            return True
+        if name == "HelloBusy":
+            if fields["session"] == self.session:
+                wire = messages.VALUES["HelloBusy"]["wire"].get(int(fields["wire"]), "another wire")
+                self.busy = f"busy: session 0x{int(fields['holder']):04x} drives the rover over {wire}"
             return True
         return False
 

@@ -13,6 +13,7 @@ Nothing here waits but `connect`, `arm`, `disarm` and the parameter calls, and t
 
 from __future__ import annotations
 
+import secrets
 from collections import deque
 from collections.abc import Callable
 
@@ -60,10 +61,10 @@ class Link:
         self,
         transport: Transport | FrameTransport,
         clock: Clock,
-        session: int = 1,
+        session: int | None = None,
         tap: Tap | None = None,
     ) -> None:
-        """`session`: 16-bit number of this session, echoed by the firmware."""
+        """`session`: 16-bit number that the firmware knows this companion by; drawn when left out."""
         self.clock = clock
         self.wire = Wire(transport, tap)
         self.clock_estimate = ClockEstimate(self.wire.transport.time_step)
@@ -72,7 +73,7 @@ class Link:
         self.state: FirmwareState | None = None
         self.quality: LinkQuality | None = None
         self.round_trips: list[float] = []
-        self._handshake = Handshake(session & 0xFFFF)
+        self._handshake = Handshake(secrets.randbelow(1 << 16) if session is None else session & 0xFFFF)
         self._reader = TelemetryReader(self.clock_estimate)
         self._keep_alive_counter = 0
         self._keep_alive_due = 0.0
@@ -82,6 +83,11 @@ class Link:
         self._backlog: deque[Telemetry] = deque()
         self._silent_since: float | None = None
         self._stop_wanted: tuple[str, int] | None = None
+
+    @property
+    def session_number(self) -> int:
+        """What the firmware knows this companion by."""
+        return self._handshake.session
 
     def connect(self, timeout: float = 3.0) -> Identity:
         """Handshake and first clock exchanges.
@@ -129,7 +135,7 @@ class Link:
             state = self.state
             return state is not None and state.arm_token == token and state.state in DRIVEABLE
 
-        if not self._request(lambda: self._send("Arm", token=token), armed, timeout):
+        if not self._request(lambda: self._send("Arm", token=token, session=self._handshake.session), armed, timeout):
             raise PreflightFailed(self._arm_refusal(bool(refused)))
 
     def disarm(self, timeout: float = 3.0) -> bool:
@@ -337,6 +343,8 @@ class Link:
 
     def _no_answer(self, timeout: float) -> str:
         port = self.wire.transport.port
+        if self._handshake.busy is not None:
+            return f"the firmware on {port} is {self._handshake.busy}; it is free once its motors are off"
         if self.wire.last_heard is None:
             return f"no answer on {port} within {timeout:g} s: is the rover powered and is this its port?"
         if self.wire.counters.frames == 0:

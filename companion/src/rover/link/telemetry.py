@@ -165,6 +165,8 @@ class TelemetryReader:
         self._left = 0
         self._right = 0
         self._position: tuple[int, int] | None = None
+        self._heading = 0
+        self._commanded_heading = 0
         self._text = bytearray()
 
     def read(self, name: str, raw: dict[str, int | bytes], received: float) -> Telemetry | None:
@@ -221,10 +223,12 @@ class TelemetryReader:
         if self._position is None:
             return None
         x, y = self._position
-        return Odometry(self._clock.stamp(raw["time"], received), x * 1e-5, y * 1e-5, raw["heading"] * 1e-6)
+        self._heading = unwrap(raw["heading"], 32, self._heading)
+        return Odometry(self._clock.stamp(raw["time"], received), x * 1e-5, y * 1e-5, self._heading * 1e-6)
 
     def _reference(self, raw: dict[str, int], received: float) -> ReferenceDistance:
-        return ReferenceDistance(received, raw["travel"] * 1e-5, raw["heading"] * 1e-6)
+        self._commanded_heading = unwrap(raw["heading"], 32, self._commanded_heading)
+        return ReferenceDistance(received, raw["travel"] * 1e-5, self._commanded_heading * 1e-6)
 
     def _motion(self, raw: dict[str, int], received: float) -> MotionStatus:
         return MotionStatus(received, **raw)

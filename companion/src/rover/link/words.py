@@ -32,6 +32,7 @@ class StopCause(StrEnum):
     DISARM = "Disarm"
     INTERNAL = "Internal"
     INJECTOR_SILENT = "InjectorSilent"
+    SENSOR_LOST = "SensorLost"
 
 
 class FaultCode(StrEnum):

@@ -7,7 +7,7 @@ use rover_protocol::framing::{encode, Decoder, MAX_FRAME};
 use rover_protocol::messages as m;
 use rover_protocol::Message;
 
-use crate::rig::Random;
+use crate::rig::{Random, SESSION};
 
 /// Bytes after which another core starts, with another kind of measurements.
 const EPISODE: u64 = 500_000;
@@ -17,7 +17,7 @@ const MOST_WAITING: usize = 65 * MAX_FRAME;
 pub const COMMANDS: [(u16, usize); 20] = [
     (8, 1),
     (16, 1),
-    (24, 2),
+    (24, 4),
     (25, 1),
     (32, 1),
     (48, 1),
@@ -107,6 +107,10 @@ struct Episode {
     /// Index that the firmware expects, as it said last.
     next_index: u16,
     greeted: bool,
+    /// The honest companion speaks by the bus.
+    by_bus: bool,
+    /// The sonar that was triggered last.
+    pinged: u8,
     /// The firmware said last that it is in test mode.
     injected: bool,
     /// Wild encoders, batteries and gaps in time; otherwise wheels that do as they are told.
@@ -137,6 +141,8 @@ impl Episode {
             token: 0,
             next_index: 0,
             greeted: false,
+            by_bus: false,
+            pinged: 0,
             injected: false,
             wild: episode % 4 == 3,
             bus_share: [0, 1, 3][(episode % 3) as usize],
@@ -193,10 +199,13 @@ impl Episode {
     fn drain(&mut self) -> usize {
         let mut out = [0; 512];
         let mut total = 0;
+        // But for those that tell a second companion that somebody else drives.
+        let mut by_line = 0;
         loop {
             let count = self.core.transmit(&mut out);
             for byte in &out[..count] {
                 if let Some(frame) = self.decoder.push(*byte) {
+                    by_line += u32::from(frame.identifier != m::HelloBusy::ID);
                     self.heard(frame.identifier, frame.payload());
                 }
             }
@@ -210,9 +219,9 @@ impl Episode {
         while let Some(frame) = self.core.transmit_frame() {
             assert!(frame.identifier < 0x800 && frame.payload().len() <= 8);
             self.heard(frame.identifier, frame.payload());
-            by_bus += 1;
+            by_bus += u64::from(frame.identifier != m::HelloBusy::ID);
         }
-        assert!(by_bus <= 64 && (by_bus == 0 || total == 0), "one wire");
+        assert!(by_bus <= 64 && (by_bus == 0 || by_line == 0), "one wire");
         self.bus_sent += by_bus;
         let damage = (
             self.decoder.checksum_errors,
@@ -227,6 +236,7 @@ impl Episode {
         assert!(identifier > 32, "the firmware sends no command");
         if let Some(state) = m::State::read(payload).filter(|_| identifier == 96) {
             self.injected = state.flags & 1 << 4 != 0;
+            self.token = state.arm_token;
         }
         if identifier == m::MotionStatus::ID {
             let status = m::MotionStatus::read(payload).expect("has its length");
@@ -243,9 +253,16 @@ impl Episode {
             1_000
         };
         self.now_us = self.now_us.saturating_add(gap);
+        self.pinged = last.sonar_trigger.unwrap_or(self.pinged);
         let sonar = (random.below(8) == 0).then(|| SonarEcho {
-            sensor: random.below(5) as u8,
-            echo_us: random.next() as u32 >> random.below(32),
+            sensor: match random.below(4) {
+                0 => random.below(5) as u8,
+                _ => self.pinged,
+            },
+            echo_us: match random.below(4) {
+                0 => random.next() as u32 >> random.below(32),
+                _ => 0,
+            },
         });
         for (encoder, duty) in self
             .encoders
@@ -260,6 +277,7 @@ impl Episode {
         }
         Inputs {
             now_us: self.now_us,
+            began_us: self.now_us,
             encoder_left: self.encoders[0],
             encoder_right: self.encoders[1],
             battery_mv: if self.wild {
@@ -308,17 +326,25 @@ impl Episode {
         }
         let payload = self.random.next().to_le_bytes();
         let length = length + usize::from(self.random.below(40) == 0);
-        self.emit(identifier, &payload[..length.min(8)]);
+        let by_bus = self.bus_share != 0 && self.random.below(self.bus_share) == 0;
+        self.emit(identifier, &payload[..length.min(8)], by_bus);
     }
 
     fn greet(&mut self) {
         self.greeted = true;
+        self.by_bus = match self.bus_share {
+            0 => false,
+            share => self.random.below(share) == 0,
+        };
         self.put(&m::Hello {
             schema_hash: m::SCHEMA_HASH,
-            session: 1,
+            session: SESSION,
         });
         self.token = self.token.wrapping_add(1);
-        self.put(&m::Arm { token: self.token });
+        self.put(&m::Arm {
+            token: self.token,
+            session: SESSION,
+        });
         self.put(&m::KeepAlive {
             counter: self.token as u8,
         });
@@ -376,12 +402,12 @@ impl Episode {
     fn put<M: Message>(&mut self, message: &M) {
         let mut payload = [0; 8];
         message.write(&mut payload);
-        self.emit(M::ID, &payload[..M::LENGTH]);
+        self.emit(M::ID, &payload[..M::LENGTH], self.by_bus);
     }
 
     /// A frame by either wire. Those of the bus come at once, those of the line wait for their turn.
-    fn emit(&mut self, identifier: u16, payload: &[u8]) {
-        if self.bus_share != 0 && self.random.below(self.bus_share) == 0 {
+    fn emit(&mut self, identifier: u16, payload: &[u8], by_bus: bool) {
+        if by_bus {
             self.core.receive_frame(identifier, payload, self.now_us);
             self.bus_received += 1;
             // As many bytes as it would have been there, of which nothing comes.

@@ -10,6 +10,9 @@ use rover_protocol::framing::{encode_message, Decoder, Frame, MAX_FRAME};
 use rover_protocol::messages as m;
 use rover_protocol::Message;
 
+/// Of the companion that says hello.
+pub const SESSION: u16 = 1;
+
 /// SplitMix64: the same numbers on every machine.
 pub struct Random(pub u64);
 
@@ -85,7 +88,7 @@ impl Rig {
         self.run_ms(100);
         self.send(&m::Hello {
             schema_hash: m::SCHEMA_HASH,
-            session: 1,
+            session: SESSION,
         });
         self.arm();
         self.run_ms(2);
@@ -95,7 +98,10 @@ impl Rig {
     /// A new token.
     pub fn arm(&mut self) {
         self.token += 1;
-        self.send(&m::Arm { token: self.token });
+        self.send(&m::Arm {
+            token: self.token,
+            session: SESSION,
+        });
     }
 
     pub fn send<M: Message>(&mut self, message: &M) {
@@ -149,6 +155,7 @@ impl Rig {
         }
         let inputs = Inputs {
             now_us: self.now_us,
+            began_us: self.now_us,
             encoder_left: self.motors[0].counts(),
             encoder_right: self.motors[1].counts(),
             battery_mv: self.battery_mv,

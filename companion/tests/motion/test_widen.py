@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from motion_simulation import drive
 from rover.geometry import Pose2
-from rover.motion.path.blend import BlendSettings, blend_path
+from rover.motion.path.blend import blend_path
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.rounding import BlendSettings
 from rover.motion.path.widen import widened
 from rover.planning.fields import CircleField
 from rover.planning.planner import plan
@@ -42,7 +43,7 @@ def test_a_row_of_small_corners_becomes_one_that_can_be_rounded():
     limits = DrivingLimits.of(Vehicle())
     slowest = []
     for line in (path, wide):
-        (stretch,) = blend_path(line, limits, BlendSettings(max_cut=0.3), clearance)
+        (stretch,) = blend_path(line, limits, BlendSettings(max_cut=0.3), clearance).stretches
         slowest.append(min(piece.speed for piece in stretch.pieces))
     assert slowest[1] > 1.2 * slowest[0]
 

@@ -17,6 +17,7 @@ from rover.vehicle import STANDARD
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rover.motion.path.piece import Stretch
     from rover.motion.segment import Segment
     from rover.motion.trajectory.checked import CheckedTrajectory
 
@@ -42,6 +43,10 @@ TOLERANCE_M = 0.05
 MAX_CUT_WITH_MAP_M = 0.3
 
 
+# With a map: most that a corner is moved outward by, to make room for its curve.
+MAX_WIDEN_M = 0.06
+
+
 def command(
     path: Annotated[str, typer.Argument(metavar="PATH", help="A JSON file, or - for stdin.")],
     cruise: Annotated[float | None, typer.Option(metavar="V", help="Most speed, m/s; the vehicle's own.")] = None,
@@ -65,9 +70,9 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.motion.path.blend import BlendSettings
     from rover.motion.path.clearance import ClearanceMap
     from rover.motion.path.limits import DrivingLimits
+    from rover.motion.path.rounding import BlendSettings
     from rover.motion.profile import MotionError
     from rover.motion.trajectory.checked import plan_checked
     from rover.planning.fields import load_field
@@ -85,11 +90,10 @@ def command(
     if tolerance is None:
         tolerance = TOLERANCE_M if clearance is None else MAX_CUT_WITH_MAP_M
     limits = DrivingLimits.of(STANDARD, cruise, lateral)
-    checked = plan_checked(points, limits, BlendSettings(max_cut=tolerance), clearance, heading)
+    settings = BlendSettings(max_cut=tolerance, widen=min(MAX_WIDEN_M, tolerance / 3.0))
+    checked = plan_checked(points, limits, settings, clearance, heading)
     if checked.trajectory.failure:
         raise MotionError(checked.trajectory.failure)
-    if checked.refused:
-        say(f"no corner is rounded: {checked.refused}")
     if segments is not None:
         write_segments(segments, checked.trajectory.segments)
     if plot is not None:
@@ -190,9 +194,9 @@ def document(checked: CheckedTrajectory, points: list[list[float]]) -> dict[str,
         "segments": len(segments),
         "bytes": serial_bytes(segments),
         "length_m": sum(stretch.length for stretch in checked.stretches),
-        "curves": sum(piece.angle != 0.0 for stretch in checked.stretches for piece in stretch.pieces),
+        "curves": curves(checked.stretches),
         "turns": max(len(checked.stretches) - 1, 0),
-        "max_deviation_m": checked.driven.off_polyline(points) if segments else 0.0,
+        "max_deviation_m": checked.deviation,
         "max_speed": extrema.speed,
         "max_acceleration": extrema.acceleration,
         "max_jerk": extrema.jerk,
@@ -201,6 +205,12 @@ def document(checked: CheckedTrajectory, points: list[list[float]]) -> dict[str,
         "max_turn_jerk": extrema.turn_jerk,
         "max_lateral_acceleration": extrema.lateral,
     }
+
+
+def curves(stretches: Sequence[Stretch]) -> int:
+    """How many curves and bends there are, each from straight to straight."""
+    pieces = [piece for stretch in stretches for piece in stretch.pieces]
+    return sum(bool(here.parts) and not here.curvature and not here.curvature_rate for here in pieces)
 
 
 def text(result: dict[str, Any]) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import bisect
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from rover.motion.path import corner
-from rover.motion.path.blend import Piece, Stretch
+from rover.motion.path.piece import Piece, Stretch
 from rover.motion.path.polyline import Point, Polyline
 from rover.motion.path.speeds import node_speeds
 from rover.motion.profile import Axis, MotionError, Profile, to_position, to_speed
@@ -31,11 +31,11 @@ class Curve(Polyline):
         joints = [0]
         for piece in stretch.pieces:
             points.append((piece.x, piece.y))
-            if piece.angle:
+            if piece.parts:
                 points += _points(piece, CURVE_POINTS)[1:-1]
             joints.append(len(points))
         last = stretch.pieces[-1]
-        points.append(_points(last, CURVE_POINTS if last.angle else 1)[-1])
+        points.append(_points(last, CURVE_POINTS if last.parts else 1)[-1])
         super().__init__(points)
         self.pieces = stretch.pieces
         # Arc length of the chords at which each piece begins, and the end.
@@ -48,30 +48,25 @@ class Curve(Polyline):
         """Number of the piece at arc length `s`."""
         return min(max(bisect.bisect_right(self.joints, s) - 1, 0), len(self.pieces) - 1)
 
-    def _share(self, number: int, s: float) -> float:
+    def _along(self, number: int, s: float) -> float:
+        """Arc length along a piece at `s`."""
         begin, end = self.joints[number], self.joints[number + 1]
-        return min(max((s - begin) / (end - begin), 0.0), 1.0)
+        return self.pieces[number].length * min(max((s - begin) / (end - begin), 0.0), 1.0)
 
     def turned(self, s: float) -> float:
         """Radians that the curves before `s` have turned by; corners that are driven through do not count."""
         number = self.piece_at(s)
-        piece = self.pieces[number]
-        if not piece.angle:
-            return self._turned[number]
-        return self._turned[number] + piece.angle * corner.derivatives(self._share(number, s), piece.shape)[0]
+        return self._turned[number] + self.pieces[number].turning(self._along(number, s))[0]
 
     def turning(self, s: float) -> tuple[float, float]:
         """Curvature (1/m) and its slope (1/m²) at `s`."""
         number = self.piece_at(s)
-        piece = self.pieces[number]
-        if not piece.angle:
-            return 0.0, 0.0
-        _, first, second, _ = corner.derivatives(self._share(number, s), piece.shape)
-        return piece.angle / piece.length * first, piece.angle / piece.length**2 * second
+        _, curvature, rate = self.pieces[number].turning(self._along(number, s))
+        return curvature, rate
 
     def curved_within(self, begin: float, end: float) -> bool:
         """True when some of the way between two arc lengths is curved."""
-        return any(piece.angle != 0.0 for piece in self.pieces[self.piece_at(begin) : self.piece_at(end) + 1])
+        return any(bool(piece.parts) for piece in self.pieces[self.piece_at(begin) : self.piece_at(end) + 1])
 
     def heading_profile(self, s: float, speed: float, duration: float) -> tuple[tuple[float, float], ...]:
         """The nominal turning as pieces of constant jerk, from `s` on at a constant speed over the ground."""
@@ -84,10 +79,10 @@ class Curve(Polyline):
             piece = self.pieces[number]
             begin, end = self.joints[number], self.joints[number + 1]
             jerk = 0.0
-            if piece.angle:
-                third, until = corner.part_at(self._share(number, s) + 1e-9, piece.shape)
-                end = begin + (end - begin) * until
-                jerk = third * piece.angle / piece.length**3 * speed**3
+            if piece.parts:
+                third, until = piece.part_at(self._along(number, s) + 1e-9)
+                end = begin + (end - begin) * until / piece.length
+                jerk = third * speed**3
             time = min(max((end - s) / speed, 1e-6), left)
             found.append((time, jerk))
             left -= time
@@ -130,10 +125,11 @@ def _to_joint(
     piece: Piece, axis: Axis, left: float, leave: float, limits: Limits
 ) -> tuple[tuple[tuple[float, float], ...], Axis, float]:
     """Pieces to the end of a piece, the state there, and the way made (commanded metres)."""
-    if piece.angle:
+    if piece.parts:
         if abs(axis.speed - leave) < SPEED_TOLERANCE_M_S and abs(axis.acceleration) < 10.0 * SPEED_TOLERANCE_M_S:
             return ((left / leave, 0.0),), Axis(0.0, leave, 0.0), left + 1e-6
-        profile = to_speed(axis, leave, limits)
+        change = piece.change or limits
+        profile = to_speed(axis, leave, replace(limits, acceleration=change.acceleration, jerk=change.jerk))
     else:
         bounds = Limits(min(limits.speed, piece.speed), limits.acceleration, limits.jerk)
         profile = to_position(axis, left, bounds, leave)
@@ -150,9 +146,7 @@ def _to_joint(
 
 
 def _points(piece: Piece, count: int) -> list[Point]:
-    x, y, heading, angle, length = np.array([[piece.x], [piece.y], [piece.heading], [piece.angle], [piece.length]])
-    found = corner.points(x, y, heading, angle, length, np.array([piece.shape]), count)[0]
-    return [(float(x), float(y)) for x, y in found]
+    return [(float(x), float(y)) for x, y in piece.points(count)]
 
 
 def together(a: Sequence[tuple[float, float]], b: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

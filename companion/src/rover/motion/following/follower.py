@@ -21,11 +21,11 @@ from rover.motion.following.curve import Curve, together
 from rover.motion.following.settings import FollowerSettings
 from rover.motion.following.slip import SlipEstimate
 from rover.motion.merge import merge, run
-from rover.motion.path.blend import BlendSettings, blend_path
+from rover.motion.path.blend import blend_path
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.path.polyline import Polyline, stretches
-from rover.motion.path.widen import widened
+from rover.motion.path.rounding import BlendSettings
 from rover.motion.profile import Axis, MotionError, Profile, speed_after, to_position
 from rover.motion.segment import Segment, State, split
 from rover.motion.stop import stop_distance, stop_profile, stop_segments
@@ -135,13 +135,13 @@ class PathFollower:
             return stretches(points, settings.soft_corner, settings.arrival)
         blend = BlendSettings(
             max_cut=settings.max_cut,
-            shortest=settings.arrival,
+            min_leg=settings.arrival,
             slack=settings.tracking,
             kink=settings.soft_corner,
+            widen=settings.widen,
         )
-        points = widened(points, clearance, settings.widen, settings.tracking)
         found = blend_path(points, self._curve_limits, blend, clearance)
-        return [Curve(stretch, self.limits) for stretch in found]
+        return [Curve(stretch, self.limits) for stretch in found.stretches]
 
     def request_stop(self) -> None:
         """The next call returns a jerk-limited stop from the end of what is committed."""

@@ -1,241 +1,163 @@
-"""Rounds a polyline's corners inside measured clearance; corners that can't be rounded are turned on the spot.
+"""A polyline to what can be driven without a stop: lines, curves around single corners, bends through runs of them.
 
-Pure: polyline, limits and clearance in; stretches of lines and curves out, each of which begins and ends at rest.
+Pure: polyline, limits and clearance in; stretches of lines and curves out, each of which begins and ends at rest. The
+rover turns on the spot only at corners that are too sharp, or that have no room.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from rover.errors import BadInput
 from rover.motion.path import corner
+from rover.motion.path.bend import Bend, Run, bends, widest_window
 from rover.motion.path.clearance import ClearanceMap
-from rover.motion.path.limits import DrivingLimits, change_distance
+from rover.motion.path.condition import distinct, finite_points, simplified
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.piece import Piece, Stretch
+from rover.motion.path.rounding import BlendSettings, Corners, Curves, Polygon, round_corners
+from rover.motion.path.widen import widened
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
-# Chords that stand for a curve where it is checked against the map.
-CHORDS = 16
-# However short the way to a slower corner, a curve keeps this share of its length.
-MIN_SHARE = 0.5
 # Lines are cut into parts of at most so many metres for a speed that depends on the clearance.
 MAX_SPEED_STEP_M = 0.05
-# A curve that touches something is tried at these shares of its length.
-LENGTH_SHARES = (1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.29, 0.24, 0.2, 0.16, 0.13)
+# Share of the tolerance that points may be left out by; no more than so many metres.
+SIMPLIFY_SHARE, MAX_SIMPLIFY_M = 0.02, 1e-3
+# Shorter legs are none.
+MIN_LEG_M = 1e-6
+# Corners are one bend where the legs between are shorter than this times what their curves would take of them.
+JOIN = 1.4
+# So often a bend is divided where it would be slower than the lowest speed.
+MAX_DIVISIONS = 12
 
 
-@dataclass(frozen=True)
-class BlendSettings:
-    """`max_cut`: metres between a corner and the curve that rounds it; `max_angle`: radians, beyond it a corner is
-    turned on the spot; `shortest`: legs shorter than this are dropped, and so much of each leg stays straight.
-    `kink`: radians, a corner without room that turns by less is driven through as it is.
-    `slack`: metres that the footprint is grown by where a curve is checked, for what following it may be off by.
-    """
+@dataclass(frozen=True, eq=False)
+class Blend:
+    """`stretches`, and the conditioned polyline that they were made from: `points` (N, 2), and how far the points that
+    each leg leaves out are from it, `error` (N − 1,), metres."""
 
-    max_cut: float = 0.05
-    max_angle: float = math.radians(120.0)
-    shortest: float = 0.004
-    slack: float = 2e-4
-    kink: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """A straight line (`angle` 0) or a curve of corner.py that turns by `angle` radians, left positive.
-
-    Begins at (x, y) in `heading`; `speed` is the most that it may be driven at, `bound` what clearance and sight alone
-    allow, whatever the limits of the axes. `shape`: of corner.py, for a curve.
-    """
-
-    x: float
-    y: float
-    heading: float
-    length: float
-    angle: float
-    speed: float
-    bound: float
-    shape: int = 0
-
-    def curvature(self, s: float) -> float:
-        """1/m at arc length `s` from its beginning."""
-        if self.angle == 0.0:
-            return 0.0
-        return self.angle / self.length * corner.derivatives(s / self.length, self.shape)[1]
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Pieces driven without a stop; before it the rover turns on the spot to the heading of the first."""
-
-    pieces: tuple[Piece, ...]
-
-    @property
-    def length(self) -> float:
-        """Metres."""
-        return sum(piece.length for piece in self.pieces)
+    stretches: list[Stretch]
+    points: Array
+    error: Array
 
 
 def blend_path(
-    path: ArrayLike, limits: DrivingLimits, settings: BlendSettings | None = None, clearance: ClearanceMap | None = None
-) -> list[Stretch]:
-    """The polyline (N, 2) with its corners rounded; empty when it leads nowhere.
+    path: ArrayLike,
+    limits: DrivingLimits,
+    settings: BlendSettings | None = None,
+    clearance: ClearanceMap | None = None,
+    sharp: Collection[int] = (),
+) -> Blend:
+    """The polyline (N, 2) as stretches, none when it leads nowhere.
 
-    Without `clearance` the cut alone bounds a corner. Raises BadInput when the path is no finite polyline.
+    Without `clearance` the cut alone bounds a curve. `sharp`: points of the conditioned polyline at which the rover
+    turns on the spot. Raises BadInput when the path is no finite polyline.
     """
     settings = settings or BlendSettings()
-    points = _distinct(path, settings.shortest)
+    points = distinct(finite_points(path), MIN_LEG_M)
+    points, error = simplified(points, min(SIMPLIFY_SHARE * settings.max_cut, MAX_SIMPLIFY_M), clearance)
+    if clearance is not None and settings.widen > 0.0 and len(points) > 2:
+        points, error = _with_room(points, error, settings, clearance)
     if len(points) < 2:
-        return []
-    legs = np.diff(points, axis=0)
-    lengths = np.hypot(legs[:, 0], legs[:, 1])
-    headings = np.arctan2(legs[:, 1], legs[:, 0])
-    angles = np.mod(np.diff(headings) + math.pi, 2.0 * math.pi) - math.pi
-    shape = limits.corner_shape(angles)
-    curve, speed = _curves(points, lengths, headings, angles, shape, limits, settings, clearance)
-    taken = np.zeros(len(angles))
-    rounded = curve > 0.0
-    if rounded.any():
-        taken[rounded] = curve[rounded] * corner.tangent_and_cut(angles[rounded], shape[rounded])[0]
-    bound = np.minimum(limits.travel.speed, limits.sight_speed(angles, np.maximum(curve, 1e-9), shape))
-    if clearance is not None and limits.clearance_time > 0.0 and rounded.any():
-        bound = np.minimum(bound, _clearance_at(points, legs, lengths, taken, limits, clearance))
-    turns = (angles, curve, taken, np.minimum(speed, bound), bound, shape)
-    return _assemble(points, headings, lengths, turns, settings.kink, limits, clearance)
+        return Blend([], points, error)
+    line = Polygon.of(points, error, settings.max_cut)
+    at_rest = np.zeros(len(line.angles), dtype=bool)
+    at_rest[[number - 1 for number in sharp]] = True
+    alone = at_rest.copy()
+    for _ in range(MAX_DIVISIONS):
+        stretches, slow = _blended(line, at_rest, alone, limits, settings, clearance)
+        if not slow:
+            break
+        alone[slow] = True
+    return Blend(stretches, points, error)
 
 
-def _distinct(path: ArrayLike, shortest: float) -> Array:
-    """The path without legs shorter than `shortest`; its last point stays."""
-    try:
-        points = np.asarray(path, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise BadInput("the path must be a list of points [x, y] in metres") from None
-    if points.size == 0:
-        return np.empty((0, 2))
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise BadInput("the path must be a list of points [x, y] in metres")
-    if not np.isfinite(points).all():
-        raise BadInput(f"point {int(np.argmin(np.isfinite(points).all(axis=1))) + 1} of the path is not finite")
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    if len(steps) and steps.min() >= shortest:
-        return points
-    kept = [points[0]]
-    for point in points[1:]:
-        if math.dist(kept[-1], point) >= shortest:
-            kept.append(point)
-    if math.dist(kept[-1], points[-1]) > 0.0 and len(kept) > 1:
-        kept[-1] = points[-1]
-    return np.array(kept)
+def _with_room(points: Array, error: Array, settings: BlendSettings, clearance: ClearanceMap) -> tuple[Array, Array]:
+    """The polyline with room at its corners, and how far each of its legs is from where it was at most."""
+    old = [(float(x), float(y)) for x, y in points]
+    wide = widened(old, clearance, settings.widen, settings.slack)
+    known = set(old)
+    moved = np.array([point not in known for point in wide])
+    off = np.where(moved[:-1] | moved[1:], settings.widen, 0.0)
+    return np.array(wide), off + error.max(initial=0.0)
 
 
-def _curves(
-    points: Array,
-    lengths: Array,
-    headings: Array,
-    angles: Array,
-    shape: corner.Shapes,
+def _blended(
+    line: Polygon,
+    at_rest: Flags,
+    alone: Flags,
     limits: DrivingLimits,
     settings: BlendSettings,
     clearance: ClearanceMap | None,
-) -> tuple[Array, Array]:
-    """Length of the curve at each corner, 0 where it is turned on the spot, and the speed on it."""
-    size = np.abs(angles)
-    wanted = (size <= settings.max_angle) & (settings.max_cut > 0.0)
-    tangent, cut = corner.tangent_and_cut(np.where(wanted, size, 0.0), shape)
-    # As long as full speed needs, as long as the cut allows, and as long as both legs have room for.
-    length = np.minimum(np.maximum(limits.corner_length(size, shape), 0.01), settings.max_cut / np.maximum(cut, 1e-12))
-    length = np.where(wanted, length, 0.0)
-    need = length * tangent
-    # Beside a place of rest a curve leaves room to reach its speed: a curve is driven at one speed.
-    at_rest = np.concatenate([[True], ~wanted, [True]])
-    start = change_distance(0.0, limits.travel.speed, limits.travel)
-    straight = np.where(at_rest[:-1] | at_rest[1:], np.minimum(start, 0.5 * lengths), 0.0)
-    room = np.maximum(lengths - np.maximum(straight, settings.shortest), 0.0)
-    demand = np.concatenate([[0.0], need]) + np.concatenate([need, [0.0]])
-    share = np.minimum(room / np.maximum(demand, 1e-12), 1.0)
-    length = length * np.minimum(share[:-1], share[1:])
-    speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
-    length = length * _room_for_braking(lengths, length * tangent, speed, limits)
-    speed = limits.corner_speed(size, np.maximum(length, 1e-9), shape)
-    if clearance is not None:
-        length, speed = _shrink(points, headings, angles, shape, length, speed, tangent, limits, settings, clearance)
-    length = np.where(speed >= limits.min_speed, length, 0.0)
-    return length, speed
+) -> tuple[list[Stretch], list[int]]:
+    """The stretches, and corners at which bends are too slow or have no room: `alone` they may have some, or be turned
+    on the spot."""
+    corners = Corners.of(line, at_rest, limits, settings)
+    spans = _runs(line, corners, alone)
+    in_run = np.zeros(len(line.angles), dtype=bool)
+    for first, last in spans:
+        in_run[first : last + 1] = True
+    # What bends take of the legs before and behind each corner.
+    taken = np.zeros((len(line.angles), 2))
+    runs = [_run(line, corners, in_run, taken, first, last, limits) for first, last in spans]
+    found = bends(runs, limits, clearance, settings.slack)
+    slow: list[int] = []
+    for (first, _), run, bend in zip(spans, runs, found, strict=True):
+        slow += [first + number for number in _slow_vertices(run, bend, limits.min_speed)]
+    curves = round_corners(line, corners, ~in_run, taken, limits, settings, clearance)
+    inside = {first: (last, bend.pieces) for (first, last), bend in zip(spans, found, strict=True)}
+    return _assemble(line, curves, taken, inside, settings.kink, limits, clearance), slow
 
 
-def _room_for_braking(lengths: Array, taken: Array, speed: Array, limits: DrivingLimits) -> Array:
-    """Share of its length that each curve keeps, so that between it and a slower one the speed can change."""
-    keep = np.ones(len(taken))
-    for leg in range(1, len(lengths) - 1):
-        slow, fast = (leg - 1, leg) if speed[leg - 1] < speed[leg] else (leg, leg - 1)
-        if taken[slow] > 0.0 and taken[fast] > 0.0:
-            change = change_distance(float(speed[slow]), float(speed[fast]), limits.travel)
-            missing = taken[slow] + taken[fast] + change - lengths[leg]
-            if missing > 0.0:
-                keep[fast] = min(keep[fast], max(1.0 - missing / taken[fast], MIN_SHARE))
-    return keep
+def _runs(line: Polygon, corners: Corners, alone: Flags) -> list[tuple[int, int]]:
+    """First and last corner of each run: neighbours whose curves would overlap on the leg between them."""
+    joined = (JOIN * (corners.room[:-1] + corners.room[1:]) > line.lengths[1:-1]) & ~(alone[:-1] | alone[1:])
+    edges = np.diff(np.concatenate([[0], joined.astype(np.int64), [0]]))
+    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
 
 
-def _shrink(
-    points: Array,
-    headings: Array,
-    angles: Array,
-    shape: corner.Shapes,
-    length: Array,
-    speed: Array,
-    tangent: Array,
-    limits: DrivingLimits,
-    settings: BlendSettings,
-    clearance: ClearanceMap,
-) -> tuple[Array, Array]:
-    """Each curve at the largest share of its length at which the footprint on it stays clear; 0 where none does."""
-    result, fastest = np.zeros_like(length), np.zeros_like(speed)
-    left = np.flatnonzero((length > 0.0) & (speed >= limits.min_speed))
-    for share in LENGTH_SHARES:
-        if not len(left):
-            break
-        trial = length[left] * share
-        clear = _clear(
-            points[left + 1], headings[left], angles[left], shape[left], trial, tangent[left], settings, clearance
-        )
-        result[left[clear]] = trial[clear]
-        left = left[~clear]
-    done = result > 0.0
-    fastest[done] = limits.corner_speed(angles[done], result[done], shape[done])
-    return result, fastest
+def _run(
+    line: Polygon, corners: Corners, in_run: Flags, taken: Array, first: int, last: int, limits: DrivingLimits
+) -> Run:
+    """The run's points from the beginning of its bend to the end; notes in `taken` what it takes of the outer legs."""
+    widest = widest_window(limits)
+    pinned = []
+    for side, (number, beyond, leg) in enumerate(((first, first - 1, first), (last, last + 1, last + 1))):
+        length = float(line.lengths[leg])
+        ends_at_rest = not 0 <= beyond < len(line.angles) or bool(corners.stops[beyond])
+        pinned.append(ends_at_rest and length <= widest)
+        if pinned[-1]:
+            taken[number, side] = length
+        elif ends_at_rest:
+            taken[number, side] = min(widest, 0.7 * length)
+        else:
+            room, other = float(corners.room[number]), float(corners.room[beyond])
+            share = length * room / (room + other)
+            if not in_run[beyond]:
+                share = max(share, length - other)
+            taken[number, side] = min(widest, 0.95 * share)
+    begin, end = line.points[first + 1], line.points[last + 1]
+    before = begin - line.legs[first] * (taken[first, 0] / line.lengths[first])
+    behind = end + line.legs[last + 1] * (taken[last, 1] / line.lengths[last + 1])
+    points = np.concatenate([[before], line.points[first + 1 : last + 2], [behind]])
+    return Run(points, (pinned[0], pinned[1]), float(line.tolerance[first : last + 1].min()), first)
 
 
-def _clear(
-    at: Array,
-    heading: Array,
-    angle: Array,
-    shape: corner.Shapes,
-    length: Array,
-    tangent: Array,
-    settings: BlendSettings,
-    clearance: ClearanceMap,
-) -> NDArray[np.bool_]:
-    """True for curves along which the disc touches nothing: chords, and how far the curve bulges beyond them."""
-    back = length * tangent
-    x, y = at[:, 0] - back * np.cos(heading), at[:, 1] - back * np.sin(heading)
-    curve = corner.points(x, y, heading, angle, length, shape, CHORDS)
-    bulge = corner.PEAK_CURVATURE[shape] * np.abs(angle) * length / (8.0 * CHORDS**2)
-    a, b = curve[:, :-1].reshape(-1, 2), curve[:, 1:].reshape(-1, 2)
-    swept = clearance.swept(a, b, np.repeat(bulge + settings.slack, CHORDS))
-    return np.asarray(swept.reshape(-1, CHORDS).all(axis=1), dtype=np.bool_)
-
-
-def _clearance_at(
-    points: Array, legs: Array, lengths: Array, taken: Array, limits: DrivingLimits, clearance: ClearanceMap
-) -> Array:
-    """Most speed at each corner by the margin there: at its ends and at the corner itself."""
-    unit = legs / lengths[:, None]
-    at = points[1:-1]
-    ends = np.concatenate([at, at - unit[:-1] * taken[:, None], at + unit[1:] * taken[:, None]])
-    margin = clearance.margin(ends).reshape(3, -1).min(axis=0)
-    return limits.clearance_speed(margin)
+def _slow_vertices(run: Run, bend: Bend, min_speed: float) -> list[int]:
+    """For each row of pieces that are too slow, the vertex of the run nearest to the slowest."""
+    speeds = np.array([piece.speed for piece in bend.pieces])
+    edges = np.diff(np.concatenate([[0], (speeds < min_speed).astype(np.int64), [0]]))
+    way = run.way()[1:-1]
+    found = []
+    for low, high in zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True):
+        worst = low + int(np.argmin(speeds[low:high]))
+        found.append(int(np.argmin(np.abs(way - (bend.begin[worst] + bend.end[worst]) / 2.0))))
+    return found
 
 
 def _line_speeds(
@@ -249,48 +171,62 @@ def _line_speeds(
 
 
 def _assemble(
-    points: Array,
-    headings: Array,
-    lengths: Array,
-    turns: tuple[Array, Array, Array, Array, Array, corner.Shapes],
+    line: Polygon,
+    curves: Curves,
+    taken: Array,
+    inside: dict[int, tuple[int, list[Piece]]],
     kink: float,
     limits: DrivingLimits,
     clearance: ClearanceMap | None,
 ) -> list[Stretch]:
-    """Lines and curves in order, cut into stretches where the rover turns on the spot.
+    """Lines, curves and bends in order, cut into stretches where the rover turns on the spot.
 
-    `turns`: of each corner the angle, the length of its curve, what that takes of each leg, speed, bound and shape.
+    `inside`: for the first corner of each run its last corner and its pieces.
     """
-    angles, curve, taken, speed, bound, shape = turns
-    before = np.concatenate([[0.0], taken])
-    after = np.concatenate([taken, [0.0]])
-    unit_x, unit_y = np.cos(headings), np.sin(headings)
-    begin_x, begin_y = points[:-1, 0] + before * unit_x, points[:-1, 1] + before * unit_y
-    rest = lengths - before - after
-    end_x, end_y = begin_x + rest * unit_x, begin_y + rest * unit_y
-    bounded = clearance is not None and limits.clearance_time > 0.0
+    taken = taken + curves.taken[:, None]
+    before, after = taken[:, 0].tolist(), taken[:, 1].tolist()
+    points, headings, lengths = line.points.tolist(), line.headings.tolist(), line.lengths.tolist()
+    angles, bend = line.angles.tolist(), curves.length.tolist()
+    speed, bound, shape = curves.speed.tolist(), curves.bound.tolist(), curves.shape.tolist()
+    most = limits.travel.speed
     stretches: list[Stretch] = []
     pieces: list[Piece] = []
-    columns = (begin_x, begin_y, headings, rest, end_x, end_y)
-    at_end = (np.append(angles, math.inf), *(np.append(each, 0) for each in (curve, speed, bound, shape)))
-    rows = zip(*(column.tolist() for column in (*columns, *at_end)), strict=True)
-    for x, y, heading, length, x1, y1, angle, bend, v, ground_speed, form in rows:
-        if length > 1e-9:
-            if bounded:
-                assert clearance is not None
-                stepwise = _line_speeds(np.array([x, y]), np.array([x1, y1]), length, limits, clearance)
-                pieces += _line_parts(x, y, heading, length, stepwise)
+    leg, used = 0, 0.0
+    while leg < len(lengths):
+        heading = headings[leg]
+        unit_x, unit_y = math.cos(heading), math.sin(heading)
+        x, y = points[leg][0] + used * unit_x, points[leg][1] + used * unit_y
+        rest = lengths[leg] - used - (before[leg] if leg < len(angles) else 0.0)
+        if rest > 1e-9:
+            if clearance is not None and limits.clearance_time > 0.0:
+                end = np.array([x + rest * unit_x, y + rest * unit_y])
+                pieces += _line_parts(
+                    x, y, heading, rest, _line_speeds(np.array([x, y]), end, rest, limits, clearance), leg
+                )
             else:
-                pieces.append(Piece(x, y, heading, length, 0.0, limits.travel.speed, limits.travel.speed))
-        if bend > 0.0:
-            pieces.append(Piece(x1, y1, heading, bend, angle, v, ground_speed, form))
-        elif abs(angle) > kink:
+                pieces.append(Piece(x, y, heading, rest, 0.0, most, most, leg=leg))
+        if leg == len(angles):
+            break
+        number = leg
+        if number in inside:
+            number, bent = inside[number]
+            pieces += bent
+        elif bend[number] > 0.0:
+            x, y = x + max(rest, 0.0) * unit_x, y + max(rest, 0.0) * unit_y
+            parts = corner.parts(angles[number], bend[number], shape[number])
+            pieces.append(
+                Piece(x, y, heading, bend[number], angles[number], speed[number], bound[number], parts, leg=leg)
+            )
+        elif abs(angles[number]) > kink:
             stretches.append(Stretch(tuple(pieces)))
             pieces = []
-    return stretches
+        leg, used = number + 1, after[number]
+    if pieces:
+        stretches.append(Stretch(tuple(pieces)))
+    return [stretch for stretch in stretches if stretch.pieces]
 
 
-def _line_parts(x: float, y: float, heading: float, length: float, speeds: list[float]) -> list[Piece]:
+def _line_parts(x: float, y: float, heading: float, length: float, speeds: list[float], leg: int) -> list[Piece]:
     """A line in parts of equal length, neighbours of the same speed joined."""
     parts: list[Piece] = []
     step = length / len(speeds)
@@ -299,6 +235,8 @@ def _line_parts(x: float, y: float, heading: float, length: float, speeds: list[
         if number == len(speeds) or speeds[number] != speeds[begin]:
             way = begin * step
             at_x, at_y = x + way * math.cos(heading), y + way * math.sin(heading)
-            parts.append(Piece(at_x, at_y, heading, (number - begin) * step, 0.0, speeds[begin], speeds[begin]))
+            parts.append(
+                Piece(at_x, at_y, heading, (number - begin) * step, 0.0, speeds[begin], speeds[begin], leg=leg)
+            )
             begin = number
     return parts

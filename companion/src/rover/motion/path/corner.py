@@ -14,7 +14,6 @@ Functions take arrays, one element a corner; `shape` is an index into LEVELS.
 
 from __future__ import annotations
 
-import bisect
 from functools import lru_cache
 
 import numpy as np
@@ -49,7 +48,6 @@ def _starts(level: float, side: float, third: float) -> list[tuple[float, float,
 
 _STARTS = [_starts(*each) for each in zip(LEVELS, SIDE.tolist(), PEAK_THIRD.tolist(), strict=True)]
 _EDGES = [[start[0] for start in starts[1:]] for starts in _STARTS]
-_THIRDS = PEAK_THIRD.tolist()
 _START_ARRAY, _EDGE_ARRAY, _SIGN_ARRAY = np.array(_STARTS), np.array(_EDGES), np.array(SIGNS)
 
 
@@ -64,24 +62,13 @@ def turned(u: Array, shape: int) -> Array:
     return result
 
 
-def derivatives(u: float, shape: int) -> tuple[float, float, float, float]:
-    """φ, φ', φ'', φ''' at the share `u` of the length, a number."""
-    u = min(max(u, 0.0), 1.0)
-    part = bisect.bisect_right(_EDGES[shape], u)
-    begin, value, first, second = _STARTS[shape][part]
-    r, third = u - begin, SIGNS[part] * _THIRDS[shape]
-    return (
-        value + r * (first + r * (second / 2.0 + r * third / 6.0)),
-        first + r * (second + r * third / 2.0),
-        second + r * third,
-        third,
-    )
-
-
-def part_at(u: float, shape: int) -> tuple[float, float]:
-    """φ''' from the share `u` of the length on, and the share up to which it stays so."""
-    part = bisect.bisect_right(_EDGES[shape], u)
-    return SIGNS[part] * _THIRDS[shape], (*_EDGES[shape], 1.0)[part]
+def parts(angle: float, length: float, shape: int) -> tuple[tuple[float, float], ...]:
+    """(length, third derivative of heading over arc length) of each part of a corner's curve."""
+    side, level, third = float(SIDE[shape]) * length, LEVELS[shape] * length, float(PEAK_THIRD[shape])
+    jerk = third * angle / length**3
+    if level > 0.0:
+        return (side, jerk), (side, -jerk), (level, 0.0), (side, -jerk), (side, jerk)
+    return (side, jerk), (2.0 * side, -jerk), (side, jerk)
 
 
 def _half_curve(shape: int) -> tuple[Array, Array]:

@@ -74,25 +74,35 @@ class DrivingLimits:
         result: corner.Shapes = np.argmin(np.maximum(np.maximum(rate, acceleration), jerk), axis=1)
         return result
 
-    def corner_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
-        """Fastest constant speed through corners of `angle` radians over `length` metres of curve."""
-        angle = np.maximum(np.abs(angle), 1e-12)
-        curvature = corner.PEAK_CURVATURE[shape] * angle / length
+    def shared(self, share: float) -> DrivingLimits:
+        """The same with `share` of what the heading may be accelerated and jerked by."""
+        heading = Limits(self.heading.speed, share * self.heading.acceleration, share * self.heading.jerk)
+        return replace(self, heading=heading)
+
+    def curve_speed(self, curvature: Array, rate: Array, third: Array) -> Array:
+        """Fastest constant speed along curves with at most this curvature (1/m), slope of it (1/m²) and second
+        derivative of it (1/m³), magnitudes."""
+        curvature, rate, third = (np.maximum(each, 1e-12) for each in (curvature, rate, third))
         heading = self.heading
         fastest = [
             heading.speed / curvature,
             np.sqrt(self.lateral / curvature),
-            length * np.sqrt(heading.acceleration / (corner.PEAK_SLOPE[shape] * angle)),
-            length * np.cbrt(heading.jerk / (corner.PEAK_THIRD[shape] * angle)),
-            self.sight_speed(angle, length, shape),
+            np.sqrt(heading.acceleration / rate),
+            np.cbrt(heading.jerk / third),
+            self.sight_speed(curvature),
         ]
         result: Array = np.minimum(RESERVE * np.min(fastest, axis=0), RESERVE * self.travel.speed)
         return result
 
-    def sight_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
-        """Most speed at which the rover stops within the arc of the curve that its sonars cover."""
-        curvature = corner.PEAK_CURVATURE[shape] * np.maximum(np.abs(angle), 1e-12) / length
-        return self.stopping_speed(np.minimum(self.sight_range, 2.0 * self.sight_angle / curvature))
+    def corner_speed(self, angle: Array, length: Array, shape: corner.Shapes) -> Array:
+        """Fastest constant speed through corners of `angle` radians over `length` metres of curve."""
+        unit = np.abs(angle) / length
+        peak, slope, third = corner.PEAK_CURVATURE[shape], corner.PEAK_SLOPE[shape], corner.PEAK_THIRD[shape]
+        return self.curve_speed(peak * unit, slope * unit / length, third * unit / length**2)
+
+    def sight_speed(self, curvature: Array) -> Array:
+        """Most speed at which the rover stops within the arc of this curvature (1/m) that its sonars cover."""
+        return self.stopping_speed(np.minimum(self.sight_range, 2.0 * self.sight_angle / np.maximum(curvature, 1e-12)))
 
     def corner_length(self, angle: Array, shape: corner.Shapes) -> Array:
         """The shortest curve that takes corners of `angle` radians at full speed, by all but sight."""

@@ -1,7 +1,9 @@
-"""A path to segments that have been checked: what can't be shown to hold is driven more cautiously instead.
+"""A path to segments that have been checked: what can't be shown to hold is driven more cautiously, only there.
 
-round the corners → segments → integrate what is sent → limits, path and swept footprint hold?
-                                                        no: every corner is turned on the spot, and checked again
+lines, curves and bends ─▶ segments ─▶ integrate what is sent ─▶ limits hold? ─▶ path and footprint hold?
+                               ▲                                    │ no            │ no: the rover turns on the
+                               └── that piece is driven slower ◀────┘               │ spot at the corner there
+     ▲──────────────────────────────────────────────────────────────────────────────┘
 """
 
 from __future__ import annotations
@@ -9,27 +11,38 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from rover.errors import BadInput
-from rover.motion.path.blend import BlendSettings, Stretch, blend_path
+from rover.motion.path.blend import Blend, blend_path
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.limits import DrivingLimits
-from rover.motion.trajectory.extrema import Driven
+from rover.motion.path.piece import Stretch
+from rover.motion.path.rounding import BlendSettings
+from rover.motion.trajectory.deviation import deviations
+from rover.motion.trajectory.driven import Driven
 from rover.motion.trajectory.plan import Trajectory, plan_segments
 
-# Metres that the segments may be off the lines and curves that they were made from. The curves are driven exactly; this
-# is what whole microseconds leave over a hundred corners, with room.
+Array = NDArray[np.float64]
+
+# Metres by which the driven path may be further off than the settings say: what rounding leaves.
 MAX_PATH_ERROR_M = 1e-4
+# So often corners are added at which the rover turns on the spot.
+MAX_ATTEMPTS = 7
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedTrajectory:
-    """Segments, what they were made from and what they do. `refused`: why no corner was rounded, or empty."""
+    """Segments, what they were made from and what they do. `deviation`: metres beside the path at most."""
 
     trajectory: Trajectory
-    stretches: list[Stretch]
+    blend: Blend
     driven: Driven
-    refused: str = ""
+    deviation: float
+
+    @property
+    def stretches(self) -> list[Stretch]:
+        """What is driven without a stop."""
+        return self.blend.stretches
 
 
 def plan_checked(
@@ -45,34 +58,42 @@ def plan_checked(
     segments end in a controlled stop, and the trajectory's `failure` says why.
     """
     settings = settings or BlendSettings()
-    refused = ""
-    for attempt in (settings, replace(settings, max_cut=0.0)):
-        stretches = blend_path(path, limits, attempt, clearance)
-        trajectory = plan_segments(stretches, limits, start_heading)
-        driven = Driven(trajectory)
-        wrong = _wrong(trajectory, stretches, driven, limits, clearance)
-        if not wrong:
-            return CheckedTrajectory(trajectory, stretches, driven, refused)
-        refused = refused or wrong
-    if clearance is not None and not driven.swept_clear(clearance):
-        worst = driven.points[int(np.argmin(clearance.margin(driven.points)))]
-        raise BadInput(f"the path touches what is not free near ({worst[0]:.2f}, {worst[1]:.2f}): plan it anew")
-    raise BadInput(f"the path can't be driven within the limits: {wrong}")
+    sharp: set[int] = set()
+    for attempt in range(MAX_ATTEMPTS):
+        if attempt == MAX_ATTEMPTS - 1:  # the polyline itself, turning on the spot at every corner
+            settings = replace(settings, max_cut=0.0, widen=0.0)
+        blend = blend_path(path, limits, settings, clearance, sharp)
+        trajectory = plan_segments(blend.stretches, limits, start_heading)
+        blend, driven = replace(blend, stretches=trajectory.stretches), Driven(trajectory)
+        broken = driven.extrema.broken(limits)
+        if broken and attempt < MAX_ATTEMPTS - 1:
+            settings = replace(settings, max_cut=0.6 * settings.max_cut)
+            continue
+        if broken:
+            raise BadInput(f"the path can't be driven within the limits: {broken}")
+        beside = deviations(driven, blend, trajectory.starts)
+        wrong = driven.points[:-1][beside > settings.max_cut + MAX_PATH_ERROR_M]
+        if clearance is not None:
+            wrong = np.concatenate([wrong, driven.touching(clearance)])
+        if not len(wrong) or trajectory.failure:
+            return CheckedTrajectory(trajectory, blend, driven, float(beside.max(initial=0.0)))
+        sharp |= _corners_near(wrong, blend.points, sharp)
+    x, y = wrong[0]
+    if clearance is not None and len(driven.touching(clearance)):
+        raise BadInput(f"the path touches what is not free near ({x:.2f}, {y:.2f}): plan it anew")
+    raise BadInput(f"the path can't be followed closely enough near ({x:.2f}, {y:.2f})")
 
 
-def _wrong(
-    trajectory: Trajectory,
-    stretches: list[Stretch],
-    driven: Driven,
-    limits: DrivingLimits,
-    clearance: ClearanceMap | None,
-) -> str:
-    broken = driven.extrema.broken(limits)
-    if broken:
-        return broken
-    off = driven.off_pieces([piece for stretch in stretches for piece in stretch.pieces], trajectory.starts)
-    if not off <= MAX_PATH_ERROR_M:
-        return f"the segments leave the path by {off * 1e3:.2f} mm"
-    if clearance is not None and not driven.swept_clear(clearance):
-        return "the footprint touches what is not free"
-    return ""
+def _corners_near(places: Array, points: Array, known: set[int]) -> set[int]:
+    """The corner of the polyline nearest to each of the first places, without those that are known already."""
+    corners = np.array([number for number in range(1, len(points) - 1) if number not in known])
+    if not len(corners):
+        return set()
+    found: set[int] = set()
+    last: Array | None = None
+    for place in places:
+        # One corner for each place that is far enough from the last.
+        if last is None or np.hypot(*(place - last)) > 0.1:
+            found.add(int(corners[np.argmin(np.hypot(*(points[corners] - place).T))]))
+            last = place
+    return found

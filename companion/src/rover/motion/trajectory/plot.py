@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from rover.chart import Line, Page, Text, ticks
 from rover.motion.segment import State, advance, after
-from rover.motion.trajectory.extrema import Driven
+from rover.motion.trajectory.driven import Driven
 from rover.motion.trajectory.plan import Trajectory
 
 Array = NDArray[np.float64]

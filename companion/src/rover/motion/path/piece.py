@@ -1,0 +1,93 @@
+"""What a path is made of once it can be driven: lines and curves, and stretches of them without a stop.
+
+Along a curve the heading is a cubic spline of arc length: parts of constant third derivative. Driven at a constant
+speed v each part is exactly one constant-jerk segment of heading, with jerk v³ times that derivative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from rover.vehicle import Limits
+
+Array = NDArray[np.float64]
+
+_GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A straight line (no `parts`) or a curve that turns by `angle` radians, left positive; metres.
+
+    Begins at (x, y) in `heading`. `speed`: the most that it may be driven at; `bound`: what clearance and sight alone
+    allow, whatever the limits of the axes. `parts`: (length, third derivative of heading over arc length) of each part
+    of a curve, which begins with `curvature` (1/m) and its slope `curvature_rate` (1/m²). `change`: limits of a change
+    of speed on a curve; None where it must be driven at one speed. `leg`: of the polyline, on which the piece begins.
+    """
+
+    x: float
+    y: float
+    heading: float
+    length: float
+    angle: float
+    speed: float
+    bound: float
+    parts: tuple[tuple[float, float], ...] = ()
+    curvature: float = 0.0
+    curvature_rate: float = 0.0
+    change: Limits | None = None
+    leg: int = 0
+
+    def turning(self, s: float) -> tuple[float, float, float]:
+        """Radians turned since the beginning, curvature (1/m) and its slope (1/m²) at arc length `s`."""
+        turned, first, second = 0.0, self.curvature, self.curvature_rate
+        for length, third in self.parts:
+            t = min(s, length)
+            turned += t * (first + t * (second / 2.0 + t * third / 6.0))
+            first += t * (second + t * third / 2.0)
+            second += t * third
+            s -= t
+            if s <= 0.0:
+                break
+        return turned, first, second
+
+    def part_at(self, s: float) -> tuple[float, float]:
+        """Third derivative of heading from arc length `s` on, and the arc length up to which it stays so."""
+        end, third = 0.0, 0.0
+        for length, third in self.parts:
+            end += length
+            if s < end:
+                return third, end
+        return third, self.length
+
+    def points(self, count: int) -> Array:
+        """(count + 1, 2): the ends of `count` equal parts."""
+        if not self.parts:
+            way = np.linspace(0.0, self.length, count + 1)
+            return np.column_stack([self.x + way * np.cos(self.heading), self.y + way * np.sin(self.heading)])
+        step = self.length / count
+        at = (np.arange(count)[:, None] + (_GAUSS + 1.0) / 2.0) * step
+        ends = np.cumsum([length for length, _ in self.parts])
+        starts = np.concatenate([[0.0], ends[:-1]])
+        states = np.array([(*self.turning(start), third) for start, (_, third) in zip(starts, self.parts, strict=True)])
+        part = np.minimum(np.searchsorted(ends, at, side="right"), len(self.parts) - 1)
+        turned, first, second, third = states[part].transpose(2, 0, 1)
+        r = at - starts[part]
+        heading = self.heading + turned + r * (first + r * (second / 2.0 + r * third / 6.0))
+        steps = np.stack([np.cos(heading) @ _GAUSS_WEIGHTS, np.sin(heading) @ _GAUSS_WEIGHTS], axis=-1) * (step / 2.0)
+        offsets: Array = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+        return offsets + np.array([self.x, self.y])
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Pieces driven without a stop; before it the rover turns on the spot to the heading of the first."""
+
+    pieces: tuple[Piece, ...]
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return sum(piece.length for piece in self.pieces)

@@ -50,7 +50,7 @@ def test_frames_are_lines_of_text_and_every_character_is_counted(pty: PseudoTerm
     assert line == slcan("Arm", token=0x0107, session=0x2233) == b"t018407013322\r"
     assert transport.bytes_written == len(opening) + len(line)
     up, _ = transport.wire_times(messages.Arm.LENGTH, 8)
-    assert up == pytest.approx(0.001 - 50e-6 + 63 / 500_000), "just before the end of a step, and 63 bits"
+    assert up == pytest.approx(0.001 - 50e-6 + 79 / 500_000), "just before the end of a step, and 79 bits"
     transport.close()
 
 

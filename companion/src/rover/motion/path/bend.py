@@ -35,10 +35,8 @@ TOLERANCE_SHARE = 0.95
 SAMPLE_SHARE = 0.05
 # What the third derivative of heading is taken to be more between nodes than that of the average.
 RIPPLE = 1.4
-# Distance of nodes as a share of the window there.
-NODE_SHARE = 0.3
-# Most that nodes are apart.
-MAX_NODE_M = 0.06
+# Distance of nodes as a share of the window there, and at most.
+NODE_SHARE, MAX_NODE_M = 0.3, 0.06
 # So often the curves between nodes are fitted to them.
 MAX_FITS = 2
 # Windows that touch something are made narrower by this factor, so often at most.

@@ -6,7 +6,7 @@ import numpy as np
 import planning_field as paper
 import pytest
 from rover.planning import CircleField
-from rover.planning.reference import multi_goal_tree, segment_clear
+from slow_reference import multi_goal_tree, segment_clear
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -17,7 +17,8 @@ use crate::planner::restarts;
 use crate::planner::stages::Stages;
 use crate::planner::start_recovery;
 use crate::planner::tour_search;
-use crate::replan::state::{name_of, Repair, ReplanState};
+use crate::replan::state::{Repair, ReplanState};
+use crate::replan::stop_name::name_of;
 use crate::replan::tour_repair;
 
 /// The answer to a request: the same for the same arguments, unless there is a budget in milliseconds.

@@ -10,7 +10,8 @@ use crate::path::tour::{reversed, straight_distances, Leg, Tour};
 use crate::path::visit_order;
 use crate::planner::first_solution::FirstSolution;
 use crate::planner::leg_search::LegSearch;
-use crate::replan::state::{name_of, Name, ReplanState};
+use crate::replan::state::ReplanState;
+use crate::replan::stop_name::{name_of, Name};
 use crate::tree::rrt::GrowingTree;
 
 /// The tour through all goals of `found`, in the order given or in the best one. Old legs that `state` holds are repaired

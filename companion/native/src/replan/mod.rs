@@ -9,5 +9,6 @@ pub mod roadmap;
 pub mod roadmap_construction;
 pub mod roadmap_path;
 pub mod state;
+pub mod stop_name;
 pub mod tour_repair;
 pub mod tree_repair;

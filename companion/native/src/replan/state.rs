@@ -1,28 +1,19 @@
 //! What is kept from one plan to the next, so that a changed map, a start that has moved or another goal costs a repair
 //! and not a search (section 3.5): the tree, and the legs between stops.
 
-use std::collections::BTreeMap;
-
 use crate::geometry::Point;
 use crate::map::field::Field;
 use crate::path::simplify::Simplification;
 use crate::random::Random;
 use crate::replan::leg_repair::LegRepair;
 use crate::replan::roadmap_construction;
+use crate::replan::stop_name::{name_of, Legs, Name};
 use crate::replan::tree_repair;
 use crate::tree::rrt::{GrowingTree, GrowthSettings};
 use crate::tree::search_tree::Tree;
 
 /// Nodes beyond which repairing the old tree costs more than growing a new one.
 const MAX_REPAIRED_NODES: usize = 5_000;
-
-/// A stop's name from plan to plan: a goal's coordinates, or the start wherever it is.
-pub type Name = Option<(u64, u64)>;
-
-/// The name of the goal at `p`.
-pub fn name_of(p: Point) -> Name {
-    Some((p.x.to_bits(), p.y.to_bits()))
-}
 
 /// What became of the tree's nodes or, where repairing the legs was enough, of the legs' points.
 #[derive(Clone, Copy, Default)]
@@ -42,7 +33,7 @@ pub struct ReplanState {
     tree: Option<Tree>,
     goals: Vec<(Point, usize)>,
     /// Paths between stops.
-    pub legs: BTreeMap<(Name, Name), Vec<Point>>,
+    pub legs: Legs,
     /// The goals as they were visited last.
     pub order: Vec<Name>,
     /// What became of the last plan on the map as it is.
@@ -58,7 +49,7 @@ impl ReplanState {
             random: Random::new(seed),
             tree: None,
             goals: Vec::new(),
-            legs: BTreeMap::new(),
+            legs: Legs::new(),
             order: Vec::new(),
             repair: Repair::default(),
             leg_repair: LegRepair::default(),
@@ -96,7 +87,8 @@ impl ReplanState {
             })
             .collect();
         let mut growing = GrowingTree::resumed(field, tree, reached, goals, growth);
-        tree_repair::restore_goals(self, field, &mut growing, start, goals, simplification);
+        let legs = (&mut self.legs, &mut self.leg_repair);
+        tree_repair::restore_goals(legs, field, &mut growing, start, goals, simplification);
         growing
     }
 

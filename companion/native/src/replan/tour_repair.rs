@@ -6,7 +6,8 @@ use crate::geometry::{path_length, Point};
 use crate::map::field::Field;
 use crate::path::simplify::Simplification;
 use crate::path::tour::Leg;
-use crate::replan::state::{name_of, Name, Repair, ReplanState};
+use crate::replan::state::{Repair, ReplanState};
+use crate::replan::stop_name::{name_of, Name};
 
 /// A leg that repair makes longer by more than this factor is compared with a fresh one.
 const MAX_LEG_GROWTH: f64 = 2.0;

@@ -5,7 +5,8 @@ use std::collections::{BTreeSet, VecDeque};
 use crate::geometry::{distance, distance_squared, Point};
 use crate::map::field::Field;
 use crate::path::simplify::Simplification;
-use crate::replan::state::{name_of, Name, ReplanState};
+use crate::replan::leg_repair::LegRepair;
+use crate::replan::stop_name::{name_of, Legs, Name};
 use crate::tree::rrt::{GrowingTree, GrowthSettings};
 use crate::tree::search_tree::{Tree, ROOT};
 
@@ -16,14 +17,13 @@ const MAX_REWIRED_STEPS: f64 = 2.0;
 
 /// Connects goals that the tree has lost to it along their old legs, as far as those can be repaired.
 pub fn restore_goals<F: Field>(
-    state: &mut ReplanState,
+    (legs, leg_repair): (&mut Legs, &mut LegRepair),
     field: &F,
     growing: &mut GrowingTree,
     start: Point,
     goals: &[Point],
     simplification: Simplification,
 ) {
-    let mut leg_repair = std::mem::take(&mut state.leg_repair);
     let mut names: Vec<Name> = vec![None];
     names.extend(goals.iter().map(|&goal| name_of(goal)));
     let mut tried: BTreeSet<(Name, Name)> = BTreeSet::new();
@@ -33,7 +33,7 @@ pub fn restore_goals<F: Field>(
             stop => growing.reached[stop - 1],
         };
         let lost = |stop: usize| stop > 0 && growing.reached[stop - 1].is_none();
-        let next = state.legs.keys().find_map(|&key| {
+        let next = legs.keys().find_map(|&key| {
             let from = names.iter().position(|&name| name == key.0)?;
             let to = names.iter().position(|&name| name == key.1)?;
             (lost(from) != lost(to) && !tried.contains(&key)).then_some((key, from, to))
@@ -49,7 +49,7 @@ pub fn restore_goals<F: Field>(
         {
             continue;
         }
-        if let Some(path) = leg_repair.repair(field, &state.legs[&key], ends, simplification) {
+        if let Some(path) = leg_repair.repair(field, &legs[&key], ends, simplification) {
             let backwards = lost(from);
             let (root, goal) = if backwards { (to, from) } else { (from, to) };
             let Some(mut at) = node(growing, root) else {
@@ -61,10 +61,9 @@ pub fn restore_goals<F: Field>(
                 at = growing.tree.add(p, at);
             }
             growing.reached[goal - 1] = Some(at);
-            state.legs.insert(key, path);
+            legs.insert(key, path);
         }
     }
-    state.leg_repair = leg_repair;
 }
 
 /// The part of `old` that is still valid, rooted at `root`: the new tree, each old node's number in it, and how many were

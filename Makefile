@@ -91,6 +91,7 @@ test-quick: setup-dev
 lint: setup-dev
 	$(BIN)/ruff check .
 	@$(call quietly,$(BIN)/lint-imports --cache-dir $(VENV)/import_linter_cache)
+	@$(call quietly,$(BIN)/python -m tools.structure)
 	$(BIN)/mypy
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --quiet --workspace --all-targets -- -D warnings

@@ -78,7 +78,8 @@ class Piece:
         heading = self.heading + turned + r * (first + r * (second / 2.0 + r * third / 6.0))
         steps = np.stack([np.cos(heading) @ _GAUSS_WEIGHTS, np.sin(heading) @ _GAUSS_WEIGHTS], axis=-1) * (step / 2.0)
         offsets: Array = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
-        return offsets + np.array([self.x, self.y])
+        points: Array = offsets + np.array([self.x, self.y])
+        return points
 
 
 @dataclass(frozen=True)

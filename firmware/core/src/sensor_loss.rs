@@ -4,12 +4,12 @@
 //! `sonars_fitted` says which sonars there are. Encoders are not here, as their loss shows only while they turn; the
 //! drive check cuts the motors then.
 
-/// A sensor that a drive may depend on.
+/// A sonar that a drive may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sensor {
-    SonarLeft,
-    SonarCentre,
-    SonarRight,
+pub enum Sonar {
+    Left,
+    Centre,
+    Right,
 }
 
 /// What the rover may still do.
@@ -27,13 +27,13 @@ const NOT_FORWARD: Allowed = Allowed {
 };
 
 /// All three look at ground that the footprint sweeps going forward.
-const TABLE: [(Sensor, Allowed); 3] = [
-    (Sensor::SonarLeft, NOT_FORWARD),
-    (Sensor::SonarCentre, NOT_FORWARD),
-    (Sensor::SonarRight, NOT_FORWARD),
+const TABLE: [(Sonar, Allowed); 3] = [
+    (Sonar::Left, NOT_FORWARD),
+    (Sonar::Centre, NOT_FORWARD),
+    (Sonar::Right, NOT_FORWARD),
 ];
 
-/// The number of the first lost sensor that forbids arming. `lost` has a bit for each, in the order of [`Sensor`].
+/// The number of the first lost sensor that forbids arming. `lost` has a bit for each, in the order of [`Sonar`].
 pub fn forbids_arming(lost: u8) -> Option<u8> {
     first(lost, |allowed| !allowed.arming)
 }
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_sensor_has_one_row_in_the_order_of_its_number() {
+    fn every_sonar_has_one_row_in_the_order_of_its_number() {
         for (number, (sensor, _)) in TABLE.iter().enumerate() {
             assert_eq!(*sensor as usize, number);
         }

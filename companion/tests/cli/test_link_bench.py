@@ -37,7 +37,7 @@ def test_on_a_bad_wire_every_segment_is_executed_once(bench, transport, wire) ->
 def test_on_a_good_wire_nothing_is_sent_twice_and_the_figures_are_the_codecs(bench) -> None:
     told = bench("--seconds", 3, "--jitter-ms", 0)
     assert told["transmissions"] == told["segments_sent"]
-    assert 28.0 < told["bytes_per_segment"] < 29.0, "15 and 13 bytes, and now and then a start"
+    assert 30.0 < told["bytes_per_segment"] < 31.0, "16 and 14 bytes, and now and then a start"
     assert told["clock_error_us"]["p99"] < 50.0
     round_trip = told["round_trip_ms"]
     assert 0.0 < round_trip["median"] <= round_trip["p99"] <= 4.0, "the rig hands bytes over once a millisecond"

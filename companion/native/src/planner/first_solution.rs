@@ -65,12 +65,22 @@ impl FirstSolution {
     }
 }
 
+/// Who looks for a first path.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Means {
+    /// Trees, and lattices where they find none.
+    TreesAndLattices,
+    /// Trees alone: for a goal that they miss there is a path already.
+    Trees,
+}
+
 /// A first path to every goal that has one. `state` holds the tree of the plan before.
 pub fn search<F: Field>(
     legs: &mut LegSearch<F>,
     request: &Request,
     start: Point,
     state: &mut ReplanState,
+    means: Means,
 ) -> FirstSolution {
     let goals = &request.goals;
     let wanted: Vec<bool> = (goals.iter())
@@ -80,9 +90,9 @@ pub fn search<F: Field>(
         Algorithm::MultiGoal | Algorithm::Best => {
             let settings = legs.simplification;
             let tree = state.take_tree(legs.field, start, goals, legs.growth, settings);
-            one_tree(legs, goals, start, wanted, tree)
+            one_tree(legs, goals, start, wanted, tree, means)
         }
-        _ => staged(legs, request, start, &wanted),
+        _ => staged(legs, request, start, &wanted, means),
     }
 }
 
@@ -93,12 +103,22 @@ fn one_tree<F: Field>(
     start: Point,
     mut wanted: Vec<bool>,
     mut tree: GrowingTree,
+    means: Means,
 ) -> FirstSolution {
     let (field, radius) = (legs.field, legs.growth.radius);
-    legs.grow(&mut tree, goals, &wanted, MAX_FIRST_EXTENSIONS);
+    let most = match means {
+        Means::TreesAndLattices => MAX_FIRST_EXTENSIONS,
+        Means::Trees => MAX_EXTENSIONS,
+    };
+    legs.grow(&mut tree, goals, &wanted, most);
     let before = tree.tree.points.len();
     let began = Instant::now();
-    let lattice = connect_goals::connect_goals(field, &mut tree, goals, &mut wanted, radius);
+    let lattice = match means {
+        Means::TreesAndLattices => {
+            connect_goals::connect_goals(field, &mut tree, goals, &mut wanted, radius)
+        }
+        Means::Trees => None,
+    };
     if let Some(lattice) = &lattice {
         legs.stages.record("lattice", began, lattice.known_cells());
         legs.stages.nodes += tree.tree.points.len() - before + lattice.known_cells() as usize;
@@ -124,6 +144,7 @@ fn staged<F: Field>(
     request: &Request,
     start: Point,
     wanted: &[bool],
+    means: Means,
 ) -> FirstSolution {
     let goals = &request.goals;
     let mut sequence: Vec<usize> = (0..goals.len()).filter(|&goal| wanted[goal]).collect();
@@ -137,7 +158,7 @@ fn staged<F: Field>(
     let mut found = FirstSolution::known(start, 0);
     let mut at = start;
     for goal in sequence {
-        let (path, star, by_lattice) = single(legs, request.algorithm, (at, goals[goal]));
+        let (path, star, by_lattice) = single(legs, request.algorithm, (at, goals[goal]), means);
         found.by_lattice |= by_lattice;
         if let Some(path) = path {
             at = goals[goal];
@@ -149,12 +170,13 @@ fn staged<F: Field>(
     found
 }
 
-/// One tree, one goal; the tree where it is RRT*'s, and whether the tree gave up. Gives up early when a flood proves that there is no path; falls
-/// back on the lattice's path.
+/// One tree, one goal; the tree where it is RRT*'s, and whether the tree gave up. Gives up early when a flood proves that
+/// there is no path; falls back on the lattice's path.
 fn single<F: Field>(
     legs: &mut LegSearch<F>,
     algorithm: Algorithm,
     (start, goal): (Point, Point),
+    means: Means,
 ) -> (Option<Vec<Point>>, Option<RrtStar>, bool) {
     let (field, growth) = (legs.field, legs.growth);
     let mut known = None;
@@ -181,7 +203,7 @@ fn single<F: Field>(
                 return (Some(tree.tree.path_to(node)), None, false);
             }
         }
-        if known.is_none() {
+        if known.is_none() && means == Means::TreesAndLattices {
             known = Some(legs.first_lattice_path(start, goal));
             if known == Some(Feasibility::Infeasible) {
                 break;

@@ -9,7 +9,7 @@ use crate::map::field::Field;
 use crate::path::simplify::{self, Simplification};
 use crate::path::tour::Tour;
 use crate::planner::best;
-use crate::planner::first_solution::{self, FirstSolution, MAX_EXTENSIONS};
+use crate::planner::first_solution::{self, FirstSolution, Means, MAX_EXTENSIONS};
 use crate::planner::improvement;
 use crate::planner::leg_search::LegSearch;
 use crate::planner::request::{Algorithm, Outcome, Request};
@@ -146,7 +146,7 @@ fn first_tour<F: Field>(
             FirstSolution::known(entry, 0),
         );
     }
-    let mut found = first_solution::search(legs, request, entry, state);
+    let mut found = first_solution::search(legs, request, entry, state, Means::TreesAndLattices);
     let mut tour = tour_search::search(legs, &mut found, goals, request.any_order, state);
     if best {
         best::shorten(legs, &mut tour);

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::geometry::Point;
 use crate::map::field::Field;
 use crate::path::tour::{Leg, Tour};
-use crate::planner::first_solution;
+use crate::planner::first_solution::{self, Means};
 use crate::planner::leg_search::LegSearch;
 use crate::planner::request::Request;
 use crate::planner::tour_search;
@@ -33,7 +33,7 @@ pub fn restart<F: Field>(
     while !over(legs) && tour.is_winding() && !by_lattice {
         legs.budget.spend();
         let state = &mut ReplanState::new(request.seed);
-        let mut found = first_solution::search(legs, request, start, state);
+        let mut found = first_solution::search(legs, request, start, state, Means::Trees);
         let other = tour_search::search(legs, &mut found, &request.goals, request.any_order, state);
         by_lattice |= found.by_lattice;
         let complete = other.legs.len() == tour.legs.len() && !over(legs);

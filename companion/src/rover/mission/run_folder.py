@@ -47,11 +47,28 @@ def new_folder(mission: str, now: datetime) -> Path:
 
 
 def check_free(path: Path, force: bool) -> None:
-    """Raises BadInput for a path that is no folder, or holds something and is not to be written over."""
+    """Raises BadInput for a path that is no folder, is in use, or holds something and is not to be written over."""
     if path.exists() and not path.is_dir():
         raise BadInput(f"--out {path}: cannot be made a folder: a file is there")
-    if path.is_dir() and not force and any(entry.name != _RIG_LOG_BEFORE for entry in path.iterdir()):
+    if path.is_dir():
+        folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            _lock(folder, path)
+        finally:
+            os.close(folder)
+        _check_empty(path, force)
+
+
+def _check_empty(path: Path, force: bool) -> None:
+    if not force and any(entry.name != _RIG_LOG_BEFORE for entry in path.iterdir()):
         raise BadInput(f"--out {path}: is not empty; name a new folder, or replace the run that is there by --force")
+
+
+def _lock(folder: int, path: Path) -> None:
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise BadInput(f"--out {path}: another run is writing there; name another folder") from None
 
 
 class RunFolder:
@@ -77,11 +94,8 @@ class RunFolder:
             raise
 
     def _check(self, force: bool) -> None:
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise BadInput(f"--out {self.path}: another run is writing there; name another folder") from None
-        check_free(self.path, force)
+        _lock(self._lock, self.path)
+        _check_empty(self.path, force)
 
     def __enter__(self) -> RunFolder:
         return self

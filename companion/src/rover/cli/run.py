@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rover.cli.interrupt import operator_signals
-from rover.cli.live import MissionView
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 from rover.link.rig import RigName, TransportName
@@ -71,6 +70,7 @@ def command(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")] = False,
 ) -> int:
     """See HELP."""
+    from rover.cli.live import MissionView
     from rover.mission.config import load
     from rover.mission.run_folder import check_free, new_folder
 

@@ -26,6 +26,8 @@ MEANT = {
     (Phase.SEEK, Event.PLACED): Phase.DECIDE,
     (Phase.HALTED, Event.REARMED): Phase.DECIDE,
     **{(phase, Event.ASTRAY): Phase.SEEK for phase in DRIVEN if phase is not Phase.SEEK},
+    **{(phase, Event.STALLED): Phase.LOOK for phase in DRIVEN if phase is not Phase.SEEK},
+    (Phase.SEEK, Event.STALLED): Phase.SEEK,
     **{(phase, Event.STOPPED): Phase.HALTED for phase in DRIVEN},
     **{(phase, Event.ENDED): Phase.FINISHED for phase in (Phase.START, *DRIVEN, Phase.HALTED)},
 }

@@ -53,6 +53,8 @@ class Event(Enum):
     ASTRAY = auto()
     # The pose is certain again.
     PLACED = auto()
+    # The rover has stood for too long, or knows of nowhere to go: perhaps other headings show more.
+    STALLED = auto()
     # The firmware has stopped the rover.
     STOPPED = auto()
     # The firmware accepts motion again.
@@ -81,6 +83,7 @@ TABLE: dict[Event, tuple[Phase | None, ...]] = {
     Event.BLIND:     (NONE,   LOOK,   SEEK,   NONE,   DECIDE,  INSPECT, NONE,   NONE),
     Event.ASTRAY:    (NONE,   SEEK,   NONE,   SEEK,   SEEK,    SEEK,    NONE,   NONE),
     Event.PLACED:    (NONE,   NONE,   DECIDE, NONE,   NONE,    NONE,    NONE,   NONE),
+    Event.STALLED:   (NONE,   LOOK,   SEEK,   LOOK,   LOOK,    LOOK,    NONE,   NONE),
     Event.STOPPED:   (NONE,   HALTED, HALTED, HALTED, HALTED,  HALTED,  NONE,   NONE),
     Event.REARMED:   (NONE,   NONE,   NONE,   NONE,   NONE,    NONE,    DECIDE, NONE),
     Event.ENDED:     (FINISH, FINISH, FINISH, FINISH, FINISH,  FINISH,  FINISH, NONE),

@@ -2,6 +2,7 @@
 
     look around → decide → drive → (inspect) → decide → … → finished
                            ↳ the place is not known → seek → decide
+         ↰ nowhere to go, or a stand-still (`progress`)
 
 `step` is called every cycle with the telemetry and the frames since the last one; the caller carries out its orders.
 What leads from phase to phase is the table in `phase`.
@@ -22,12 +23,13 @@ from rover.link.words import MotorState
 from rover.mission.config import Mission
 from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
-from rover.mission.freespace import FreeSpace, free_space
+from rover.mission.freespace import FreeSpace, Mask, free_space
 from rover.mission.goals import MAX_ATTEMPTS, Goal, Goals, GoalState
 from rover.mission.perception import Perception
 from rover.mission.phase import Event, Phase, transition
+from rover.mission.progress import Duty, Odometer, Progress
 from rover.mission.stops import REARM_DELAY_S, Stops
-from rover.mission.targets import START_ESCAPE, Decision, Target, candidates, decide
+from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target, candidates, decide
 from rover.mission.watch import Watch
 from rover.motion.segment import Segment
 from rover.outcome import Outcome, RunStatus
@@ -37,10 +39,24 @@ from rover.vehicle import Vehicle
 LOOK_TURNS = 4
 # Steps of a look around for ground that the rover knows: one whole turn.
 SEEK_TURNS = 6
+# Ground of this size or a goal that is still open is worth a look around before the mission ends for want of a way, m².
+WORTH_A_LOOK_M2 = 0.1
 # Seconds that an inspection looks: eight frames.
 INSPECTION_TIME_S = 1.0
 # Seconds of looking after each step of a seek: pictures of a turning camera fit less often than those of one at rest.
 SEEK_PAUSE_S = 0.5
+
+
+WAITING_FOR = {
+    Phase.START: "the firmware does not tell its state",
+    Phase.LOOK: "it should look around and does not turn",
+    Phase.SEEK: "it looks for ground that it knows and does not turn",
+    Phase.DECIDE: "no picture shows ground to decide on",
+    Phase.DRIVE: "it should drive and does not move",
+    Phase.INSPECT: "it should inspect a goal",
+    Phase.HALTED: "the firmware has stopped it and does not let it go on",
+}
+"""What a rover in each phase that has stood still for too long is about."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +94,8 @@ class Survey:
         self._ending = False
         self._watch = Watch(mission.max_duration_s)
         self._stops = Stops()
+        self._odometer = Odometer(vehicle)
+        self._progress = Progress()
 
     def abort(self, outcome: Outcome) -> None:
         """Brings the rover to rest and ends the mission with this outcome."""
@@ -91,7 +109,14 @@ class Survey:
     ) -> Orders:
         """Takes in what has come and says what is to be done."""
         mapped = self._take(now, telemetry, frames)
-        if self.outcome is not None or firmware is None:
+        if self.outcome is not None:
+            return Orders()
+        orders = self._advance(now, mapped, firmware)
+        self._heed_progress(now)
+        return orders
+
+    def _advance(self, now: float, mapped: bool, firmware: FirmwareState | None) -> Orders:
+        if firmware is None:
             return Orders()
         if self.phase is Phase.START:
             if self._end is not None:  # nobody is armed who has been told to stop
@@ -120,6 +145,7 @@ class Survey:
         """What has come in; True when the map has changed."""
         for event in telemetry:
             self.perception.take(event)
+        self._odometer.take(telemetry)
         self._watch.take(now, frames)
         mapped = False
         for frame in frames:
@@ -152,6 +178,35 @@ class Survey:
         if self._end is not None and not self._ending:
             self._ending = True
             self.drive.stop()
+
+    def _heed_progress(self, now: float) -> None:
+        """Nothing lasts for ever: the rover turns to see more, or the mission ends."""
+        if self.outcome is not None:
+            return
+        can_turn = transition(self.phase, Event.STALLED) is not None and self.drive.at_rest(now)
+        duty = self._progress.check(now, self._odometer.travel, can_turn and not self._watch.blind)
+        if duty is Duty.LOOK:
+            self._note(now, f"the rover stands still: {self._waiting_for()}; it looks around")
+            self._look_around(now)
+        elif duty is Duty.END:
+            self._finish(now, self._end or Outcome(RunStatus.PARTIAL, self._progress.reason(self._waiting_for())))
+
+    def _look_around(self, now: float) -> None:
+        self._turns_left = SEEK_TURNS if self.phase is Phase.SEEK else LOOK_TURNS
+        self._progress.looks_around(now)
+        self._happen(Event.STALLED, now)
+
+    def _waiting_for(self) -> str:
+        """What a rover that stands still is about, for the operator."""
+        if self.phase in (Phase.START, Phase.HALTED):
+            return WAITING_FOR[self.phase]
+        if self._watch.blind:
+            return "the camera shows nothing"
+        if not self.perception.placed:
+            return (
+                f"the place is not known well enough to map what the camera shows (1σ of {self.perception.sigma:.2f} m)"
+            )
+        return WAITING_FOR[self.phase]
 
     # -- at rest -------------------------------------------------------------------------------------------------
 
@@ -208,17 +263,37 @@ class Survey:
         self.decisions += 1
         self.decision = decide(space, pose, targets, self._seed + self.decisions)
         if self.decision is None:
-            for goal in pending:
-                goal.state = GoalState.UNREACHABLE
-                goal.reason = "no way to any pose that shows it over surveyed, free ground"
-            why = "every goal is inspected or unreachable, nothing is left to see"
-            self._finish(now, Outcome(RunStatus.DONE, why))
+            self._decide_to_end(now)
             return
         target = self._target = self.decision.target
         inside = not space.is_clear(np.vstack([self.decision.path[:1], self.decision.path[:1]]))
         self.drive.start(self.decision.path, target.pose.heading, START_ESCAPE if inside else 0.0, space)
+        self._progress.drives(now, self._gain())
         self._note(now, _purpose(target))
         self._happen(Event.SET_OUT, now)
+
+    def _decide_to_end(self, now: float) -> None:
+        """There is nowhere to go: what was seen from one heading alone is no reason to end yet."""
+        pending, unseen = self.goals.pending, self._area_m2(self.coverage.unseen())
+        if not self._progress.looked and (pending or unseen > WORTH_A_LOOK_M2):
+            self._note(now, f"nowhere to go, {unseen:.2f} m² unseen and {len(pending)} goals open: it looks around")
+            self._look_around(now)
+            return
+        for goal in pending:
+            goal.state = GoalState.UNREACHABLE
+            goal.reason = "no way to any pose that shows it over surveyed, free ground"
+        why = "every goal is inspected or unreachable, nothing is left to see"
+        self._finish(now, Outcome(RunStatus.DONE, why))
+
+    def _gain(self) -> int:
+        """Grows with the ground that was shown or looked for in vain, and with the goals that are settled."""
+        open_m2 = self._area_m2(self.coverage.unseen())
+        total_m2 = self.mission.area.width * self.mission.area.height
+        settled = sum(goal.state is not GoalState.PENDING for goal in self.goals)
+        return int((total_m2 - open_m2) / MIN_GAIN) + settled
+
+    def _area_m2(self, mask: Mask) -> float:
+        return float(mask.sum()) * self.perception.grid.resolution**2
 
     def _arrive(self, now: float) -> None:
         assert self._target is not None
@@ -278,6 +353,8 @@ class Survey:
     def _happen(self, event: Event, now: float) -> None:
         phase = transition(self.phase, event)
         if phase is not None:
+            if phase is not self.phase:
+                self._progress.decided(now)
             self.phase, self._since = phase, now
 
     def _finish(self, now: float, outcome: Outcome) -> None:

@@ -23,10 +23,12 @@ CARGO ?= cargo
 export ROVER_GIT_HASH ?= $(shell git rev-parse HEAD 2>/dev/null || echo 0)
 
 SHELL_SCRIPTS := .ci/run $(wildcard firmware/*.sh tools/*.sh)
-MICROPYTHON := protocol/python/tests/micropython
+MICROPYTHON := protocol/tests/micropython
 PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/pyproject.toml
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+# On every core: each begins with half of the files, or its share, and takes over from those that have more left.
+PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
 HOST_CRATES := $(addprefix -p ,rover-protocol rover-core rover-long-arithmetic rover-mcp2515 rover-sitl rover-native \
 	rover-plant)
 
@@ -83,10 +85,10 @@ test-rust: setup
 	firmware/no_panic.sh
 
 test-python: setup-dev
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 test-quick: setup-dev
-	$(BIN)/python -m pytest -m 'not slow and not rig'
+	$(PYTEST) -m 'not slow and not rig'
 
 lint: setup-dev
 	$(BIN)/ruff check .

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator
 from pathlib import Path
 
 import hypothesis
@@ -18,13 +17,15 @@ hypothesis.settings.load_profile("reproducible")
 _ran: Counter[str] = Counter()
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    report = yield
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Writes the rig into the test's report, which is all that comes back from a worker process (`-n`)."""
+    marker = item.get_closest_marker("rig")
+    item.user_properties.append(("rig", str(marker.args[0]) if marker else "no rig"))
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     if report.when == "call" and not report.skipped:
-        marker = item.get_closest_marker("rig")
-        _ran[str(marker.args[0]) if marker else "no rig"] += 1
-    return report
+        _ran[str(dict(report.user_properties)["rig"])] += 1
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -19,8 +19,8 @@ from rover_hil.ground import build
 from rover_hil.plant_config import build_plant
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parents[1] / "companion/tests/capture"))
-from flir_sample import counts_of, flir_file, jpeg_with  # noqa: E402
+sys.path.insert(0, str(HERE.parents[1]))
+from companion.tests.capture.flir_sample import counts_of, flir_file, jpeg_with  # noqa: E402
 
 SEED = 3
 DUTY = 0.3

@@ -1,14 +1,11 @@
-"""Puts this folder on the path and finds the real pictures."""
+"""Finds the real pictures."""
 
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="session")

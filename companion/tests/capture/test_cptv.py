@@ -7,9 +7,10 @@ import random
 
 import numpy as np
 import pytest
-from cptv_sample import cptv_clip
 from rover.capture import open_source
 from rover.errors import BadInput
+
+from companion.tests.capture.cptv_sample import cptv_clip
 
 # Of all counts, uint16 little-endian, as the `cptv` package 1.5.5 decodes them.
 REAL_CLIP_SHA256 = "61a3d885b645142be914512877d5814d920fec91edfc843c3cbe37bdfda7f4d1"

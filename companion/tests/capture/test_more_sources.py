@@ -9,12 +9,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from flir_sample import MODEL, counts_of, flir_file, jpeg_with
 from rover.capture import Frame, open_source
 from rover.capture.devices import Camera, list_cameras
 from rover.capture.latest import LatestFrames
 from rover.errors import BadInput
 from rover.record.recording import Recording
+
+from companion.tests.capture.flir_sample import MODEL, counts_of, flir_file, jpeg_with
 
 
 def counts(seed: int = 0, shape: tuple[int, int] = (24, 32)) -> np.ndarray:

@@ -12,13 +12,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from flir_sample import counts_of, flir_file, jpeg_with
 from numpy.typing import NDArray
 from rover.capture.flir_file import split_frames
 from rover.capture.picture import read_picture
 from rover.capture.radiometric import read_thermogram
 from rover.capture.telemetry import split_telemetry
 from rover.errors import BadInput
+
+from companion.tests.capture.flir_sample import counts_of, flir_file, jpeg_with
 
 KELVIN = 280.0 + 0.01 * np.arange(48 * 64.0).reshape(48, 64)
 

@@ -12,9 +12,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from flir_sample import MODEL, counts_of, flir_file, jpeg_with
 from rover.capture.radiometric import read_thermogram, spikes
 from rover.errors import BadInput
+
+from companion.tests.capture.flir_sample import MODEL, counts_of, flir_file, jpeg_with
 
 KELVIN = np.linspace(280.0, 310.0, 48 * 64).reshape(48, 64)
 

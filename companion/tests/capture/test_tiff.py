@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from rover.capture.picture import read_picture, read_picture_of_many
 from rover.capture.radiometric import read_thermogram
 from rover.errors import BadInput
-from tiff_sample import Leaf, tiff
+
+from companion.tests.capture.tiff_sample import Leaf, tiff
 
 ROWS, COLUMNS = 24, 32
 KELVIN = (290.0 + 0.02 * np.arange(ROWS * COLUMNS).reshape(ROWS, COLUMNS)).astype(np.float32)

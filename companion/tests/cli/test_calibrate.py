@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from rover.cli.main import invoke
+from rover.vision.calibration.board import Board
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "vision"))
-
-from calibration_scene import circle_grid, render, tilted_poses
-from rover.vision.calibration.board import Board
+from companion.tests.vision.calibration_scene import circle_grid, render, tilted_poses
 
 BOARD = Board(5, 4, 0.05, circles=True)
 TRUTH = CameraModel("truth", 160, 120, 150.0, 150.0, 80.5, 59.0)

@@ -22,7 +22,7 @@ from .listen import listen
 
 PROTOCOL = Path(__file__).resolve().parents[3] / "protocol" / "python"
 EXAMPLES = PROTOCOL / "examples"
-INTERPRETER = PROTOCOL / "tests" / "micropython" / "node_modules"
+INTERPRETER = PROTOCOL.parent / "tests" / "micropython" / "node_modules"
 ECHO_US = 5831
 """Of a wall at 1.000 m."""
 

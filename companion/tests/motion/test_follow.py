@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from motion_limits import assert_within_limits
-from motion_simulation import drive
 from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
 from rover.motion import CommittedMotion, FollowerSettings, PathFollower, State
 from rover.vehicle import Limits, Vehicle
+
+from companion.tests.motion.motion_limits import assert_within_limits
+from companion.tests.motion.motion_simulation import drive
 
 ZIGZAG = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.8, 1.1), (2.0, 2.0), (0.5, 2.0)]
 NOISE = (0.01, 0.01)

@@ -6,14 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from motion_limits import assert_within_limits
-from motion_simulation import drive
 from rover.geometry import Pose2
 from rover.motion import CommittedMotion, PathFollower, State
 from rover.motion.following.curve import together
 from rover.motion.path.clearance import ClearanceMap
 from rover.planning.fields import CircleField
 from rover.vehicle import Limits, Vehicle
+
+from companion.tests.motion.motion_limits import assert_within_limits
+from companion.tests.motion.motion_simulation import drive
 
 OPEN = ClearanceMap(lambda points: np.full(len(points), 1.0))
 WINDING = [(0.0, 0.0), (1.0, 0.0), (1.6, 0.8), (2.6, 0.9), (2.2, 0.4), (2.0, -0.5), (1.0, -1.0)]

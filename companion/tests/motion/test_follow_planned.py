@@ -10,13 +10,14 @@ import sys
 
 import numpy as np
 import pytest
-from motion_simulation import drive
 from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
 from rover.mission.freespace import free_space
 from rover.motion.path.clearance import ClearanceMap
 from rover.planning.planner import plan
 from rover.vehicle import Vehicle
+
+from companion.tests.motion.motion_simulation import drive
 
 CELL = 0.02
 

@@ -9,12 +9,13 @@ import pytest
 import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from motion_limits import assert_within_limits
 from rover.motion import State, evaluate, stop_segments
 from rover.motion.merge import merge, run
 from rover.motion.profile import Axis, MotionError, to_position, to_speed
 from rover.motion.segment import advance, duration_us, end_state
 from rover.vehicle import Limits, Vehicle
+
+from companion.tests.motion.motion_limits import assert_within_limits
 
 TRAVEL, HEADING = Vehicle().travel, Vehicle().heading
 

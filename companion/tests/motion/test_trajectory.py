@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import rover.motion
 import ruckig
-from motion_limits import assert_within_limits
 from rover.errors import BadInput
 from rover.motion import State
 from rover.motion.path.blend import blend_path
@@ -25,6 +24,8 @@ from rover.motion.trajectory.driven import Driven
 from rover.motion.trajectory.plan import plan_segments
 from rover.planning.fields import CircleField
 from rover.vehicle import Limits, Vehicle
+
+from companion.tests.motion.motion_limits import assert_within_limits
 
 LIMITS = DrivingLimits.of(Vehicle())
 ZIGZAG = [(0.0, 0.0), (1.0, 0.0), (1.6, 0.8), (2.6, 0.9), (2.2, 0.4), (1.0, 1.5)]

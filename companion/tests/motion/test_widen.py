@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from motion_simulation import drive
 from rover.geometry import Pose2
 from rover.motion.path.blend import blend_path
 from rover.motion.path.clearance import ClearanceMap
@@ -17,6 +16,8 @@ from rover.motion.path.widen import widened
 from rover.planning.fields import CircleField
 from rover.planning.planner import plan
 from rover.vehicle import Vehicle
+
+from companion.tests.motion.motion_simulation import drive
 
 RADIUS = 0.15
 POST = (1.0, 1.0, 0.2)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.planning import CircleField, GridField
-from slow_reference import segment_clear
+
+from companion.tests.planning.slow_reference import segment_clear
 
 SIZE = 6.0
 CIRCLES = 200  # far beyond the number up to which each circle is looked at

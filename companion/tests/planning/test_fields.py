@@ -7,13 +7,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import planning_field as paper
 import pytest
 import rover_native
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput
 from rover.planning import CircleField, GridField, load_field, plan
+
+from companion.tests.planning import planning_field as paper
 
 FIELD = "width = 3.0\nheight = 4.0\nobstacles = [[2.0, 1.5, 0.20], [1.3, 1.1, 0.15]]\n"
 

@@ -6,11 +6,12 @@ import itertools
 import math
 
 import numpy as np
-import planning_field as paper
 import pytest
 from numpy.typing import NDArray
 from rover.errors import BadInput
 from rover.planning import ALGORITHMS, CircleField, GridField, PlanResult, plan
+
+from companion.tests.planning import planning_field as paper
 
 
 def nearest_circle(path: NDArray[np.float64], circles: list[list[float]], spacing: float = 0.002) -> float:

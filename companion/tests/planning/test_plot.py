@@ -6,12 +6,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import planning_field as paper
 import pytest
 from rover.chart import Area, Line, Page, Text
 from rover.errors import BadInput
 from rover.planning import CircleField, Field, GridField, plan
 from rover.planning.plot import LEFT, MAP_SIDE, OBSTACLE, PATH, TOP, draw, outlines, save, tree_edges
+
+from companion.tests.planning import planning_field as paper
 
 
 def plotted(field: Field, start: tuple[float, float], goals: list[tuple[float, float]], radius: float) -> Page:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import planning_field as paper
 import pytest
 from rover.planning import CircleField
-from slow_reference import multi_goal_tree, segment_clear
+
+from companion.tests.planning import planning_field as paper
+from companion.tests.planning.slow_reference import multi_goal_tree, segment_clear
 
 
 @pytest.mark.parametrize("seed", range(8))

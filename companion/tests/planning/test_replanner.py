@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import planning_field as paper
 import pytest
 from rover.errors import BadInput
 from rover.planning import CircleField, Field, GridField, Planner, PlanResult, plan
+
+from companion.tests.planning import planning_field as paper
 
 
 def assert_valid(result: PlanResult, field: Field, goals: list[tuple[float, float]], radius: float) -> None:

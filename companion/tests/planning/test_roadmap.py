@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import planning_field as paper
 from rover.planning import CircleField, Field, GridField, Planner, PlanResult, plan
+
+from companion.tests.planning import planning_field as paper
 
 RADIUS = 0.15
 RESOLUTION = 0.05

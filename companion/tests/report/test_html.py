@@ -11,7 +11,8 @@ from rover.outcome import RunStatus
 from rover.report.html import report_html
 from rover.report.result import Found, Identities, RunResult, Safety, WallClock
 from rover.report.site import Georeference, Site
-from sample_run import make_result
+
+from companion.tests.report.sample_run import make_result
 
 PNG = b"\x89PNG not drawn"
 VOID = {"meta", "img", "br"}

@@ -9,7 +9,8 @@ import pytest
 from rover.report.map_plot import FIELD_PX, MARGINS_PX, draw_map, png_bytes, thumbnail
 from rover.report.palette import UNMEASURED, UNSEEN, ZONE
 from rover.report.result import MapLayers, RunResult
-from sample_run import make_result
+
+from companion.tests.report.sample_run import make_result
 
 
 @pytest.fixture(scope="module")

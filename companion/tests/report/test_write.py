@@ -11,7 +11,8 @@ import pytest
 from rover.report.result import Localization, RunResult, Safety
 from rover.report.site import Georeference, Site
 from rover.report.write import write_run
-from sample_run import make_result
+
+from companion.tests.report.sample_run import make_result
 
 FILES = {"summary.json", "map.png", "report.html", "detections.local.json"}
 CONTRACT = {

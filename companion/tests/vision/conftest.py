@@ -1,15 +1,12 @@
-"""Puts this folder on the path, fixes OpenCV to one thread as a mission does, and finds the real pictures."""
+"""Fixes OpenCV to one thread as a mission does, and finds the real pictures."""
 
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import cv2
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 cv2.setNumThreads(1)
 

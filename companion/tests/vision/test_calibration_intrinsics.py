@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 import pytest
-from calibration_scene import box, checkerboard, circle_grid, pose, render, tilted_poses
 from rover.errors import BadInput
 from rover.vision.calibration.board import Board, find_board
 from rover.vision.calibration.box import calibrate_box, find_box
@@ -18,6 +17,8 @@ from rover.vision.calibration.file import camera_toml
 from rover.vision.calibration.intrinsics import Freedom, calibrate, project
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
+
+from companion.tests.vision.calibration_scene import box, checkerboard, circle_grid, pose, render, tilted_poses
 
 LENS = (-0.2, 0.06, 0.001, -0.0005)
 LEPTON = CameraModel("truth", 160, 120, 150.0, 151.5, 80.8, 58.6, 0.0, LENS)

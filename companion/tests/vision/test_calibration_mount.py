@@ -8,7 +8,6 @@ import math
 import cv2
 import numpy as np
 import pytest
-from calibration_scene import tilted_poses
 from rover.errors import BadInput
 from rover.vision.calibration.board import Board
 from rover.vision.calibration.intrinsics import project
@@ -17,6 +16,8 @@ from rover.vision.calibration.pair import ground_homography, pair_from_board
 from rover.vision.calibration.uncertainty import UncertainCamera
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
+
+from companion.tests.vision.calibration_scene import tilted_poses
 
 LEPTON = dataclasses.replace(load_camera("lepton-160"), x=0.05, y=-0.03, roll=0.02, yaw=-0.1,
                              distortion=(-0.2, 0.05, 0.001, -0.001))  # fmt: skip

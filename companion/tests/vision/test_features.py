@@ -19,7 +19,8 @@ from rover.vision.registration.matching import (
     signs,
 )
 from rover.vision.registration.preprocess import Preprocessor, PreprocessSettings, remove_stripes, repair_dead_pixels
-from thermal_scene import texture
+
+from companion.tests.vision.thermal_scene import texture
 
 
 def smooth_scene(seed: int = 1) -> np.ndarray:

@@ -13,7 +13,8 @@ from rover.cli.main import invoke
 from rover.geometry import Pose2
 from rover.vision.camera.file import load_camera
 from rover.vision.tracking.ground_track import camera_in_map
-from thermal_scene import START, ThermalScene, texture
+
+from companion.tests.vision.thermal_scene import START, ThermalScene, texture
 
 CAMERA = load_camera("lepton-160")
 STEPS = 40

@@ -17,7 +17,8 @@ from rover.vision.camera.file import load_camera
 from rover.vision.localization.keyframe_map import FILE_NAME, KeyframeMap, load_map, save_map
 from rover.vision.localization.localizer import Localizer
 from rover.vision.tracking.ground_track import camera_in_map
-from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture
+
+from companion.tests.vision.thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture
 
 CAMERA = load_camera("lepton-160")
 START_SIGMA = (0.005, 0.005, 0.005)

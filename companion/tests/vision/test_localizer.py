@@ -11,7 +11,8 @@ from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera.file import load_camera
 from rover.vision.localization.localizer import Fix, Localizer, LocalizerSettings
-from thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture, with_wheels
+
+from companion.tests.vision.thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture, with_wheels
 
 LATENCY_STEPS = 3
 START_SIGMA = (0.005, 0.005, 0.005)

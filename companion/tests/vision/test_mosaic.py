@@ -11,7 +11,8 @@ from rover.capture.picture import read_picture
 from rover.vision.mosaic.picture_graph import GraphSettings, Placement, Tie, place_pictures, rmse_of, solve
 from rover.vision.mosaic.stitch import stitch
 from rover.vision.registration.homography import apply_homography
-from thermal_scene import texture
+
+from companion.tests.vision.thermal_scene import texture
 
 SIZE = (320, 240)
 

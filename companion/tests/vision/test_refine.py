@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from rover.vision.registration.homography import apply_homography
 from rover.vision.registration.refine import RefineSettings, fit_homography, refine_homography
-from thermal_scene import texture
+
+from companion.tests.vision.thermal_scene import texture
 
 TRUTH = np.array([[0.9, -0.2, 60.0], [0.15, 1.0, -30.0], [1e-4, -5e-5, 1.0]])
 CORNERS = np.array([[0.0, 0.0], [800.0, 0.0], [800.0, 640.0], [0.0, 640.0]])

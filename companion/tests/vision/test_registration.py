@@ -20,7 +20,8 @@ from rover.vision.registration.register import (
     register_prepared,
     rmse,
 )
-from thermal_scene import texture
+
+from companion.tests.vision.thermal_scene import texture
 
 
 def scene(seed: int) -> np.ndarray:

@@ -14,7 +14,8 @@ from rover.vision.camera.model import CameraModel
 from rover.vision.camera.pose import CameraPose
 from rover.vision.tracking.bundle import Scene, adjust
 from rover.vision.tracking.sequence import SequenceSettings, track_sequence
-from thermal_scene import texture
+
+from companion.tests.vision.thermal_scene import texture
 
 CAMERA = CameraModel("synthetic", 320, 240, 300.0, 300.0, 159.5, 119.5)
 

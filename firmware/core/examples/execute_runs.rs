@@ -1,5 +1,5 @@
 //! Drives runs of segments through the real core and says where its reference was: for the comparison with Ruckig in
-//! `protocol/python/tests/test_exactness.py`.
+//! `protocol/tests/test_exactness.py`.
 //!
 //! Standard input: `duration_us jerk_travel jerk_heading` a line, an empty line between runs. Standard output, every 20 ms
 //! and at the end of each run: `run time_us travel heading`, time since the start of the run, travel in 1e-5 m and heading

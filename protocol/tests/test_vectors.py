@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import cantools
-import golden
 import pytest
 from rover_protocol import framing, messages
+
+from protocol.tests import golden
 
 MESSAGES = golden.load("messages")
 STREAMS = golden.load("streams")

@@ -6,8 +6,9 @@ import random
 from collections.abc import Iterator
 
 import pytest
-from firmware_process import CanText, Conversation
 from rover_protocol import framing, messages
+
+from protocol.tests.firmware_process import CanText, Conversation
 
 SEGMENTS = 160
 LOSS = 0.2

@@ -9,13 +9,13 @@ const read = (path) => readFileSync(new URL(path, here), "utf8");
 
 const python = await loadMicroPython({ heapsize: 2 * 1024 * 1024, stdout: (line) => console.log(line) });
 python.FS.mkdir("/rover_protocol");
-for (const name of readdirSync(new URL("../../rover_protocol", here))) {
+for (const name of readdirSync(new URL("../../python/rover_protocol", here))) {
   if (name.endsWith(".py")) {
-    python.FS.writeFile(`/rover_protocol/${name}`, read(`../../rover_protocol/${name}`));
+    python.FS.writeFile(`/rover_protocol/${name}`, read(`../../python/rover_protocol/${name}`));
   }
 }
 for (const name of ["messages.json", "streams.json"]) {
-  python.FS.writeFile(`/${name}`, read(`../../../vectors/${name}`));
+  python.FS.writeFile(`/${name}`, read(`../../vectors/${name}`));
 }
 try {
   python.runPython(`import sys\nsys.path.append("/")\n${read("check.py")}`);

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 from dataclasses import dataclass, replace
 
-import golden
 import numpy as np
 import pytest
 import ruckig
@@ -14,6 +13,8 @@ from rover.motion.merge import merge, run
 from rover.motion.profile import Axis, Profile, to_position
 from rover.motion.segment import Segment
 from rover.vehicle import Limits, Vehicle
+
+from protocol.tests import golden
 
 PROFILES = 1_000
 SEED = 20_260_801

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 
 import cantools
-import golden
 import pytest
 from rover_protocol import framing, messages
+
+from protocol.tests import golden
 
 REPOSITORY = golden.PROTOCOL.parent
 DOCUMENT = (REPOSITORY / "docs/reference/protocol.md").read_text(encoding="utf-8")

@@ -8,10 +8,11 @@ import socket
 import subprocess
 from pathlib import Path
 
-import golden
 import pytest
 from rover_protocol import framing, messages
 from rover_protocol.rig_tick import ALL_HOST_BYTES, NO_SENSOR, POWERED, TickReply, TickRequest
+
+from protocol.tests import golden
 
 BINARY = Path(os.environ.get("ROVER_SITL", golden.PROTOCOL.parent / "target" / "release" / "rover-sitl"))
 BATTERY_MV = 7400

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from rover.capture.frame import Frame
 from rover.detection.classifier import Classifier, default_model
 from rover.detection.place import Place
 from rover.mission.config import load
 from rover.mission.perception import Perception
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
+from rover.vision.localization.keyframes import Keyframe
 
 
 @pytest.fixture(scope="module")
@@ -45,3 +48,22 @@ def test_what_was_inspected_and_is_no_indication_stays_avoided_while_it_is_not_u
 def test_places_outside_the_area_close_no_ground(perception) -> None:
     perception.evidence.restore([place(1, 0.25, x=-0.2)], 2)
     assert perception.avoided == []
+
+
+def test_how_far_the_launch_is_does_not_matter_to_whether_the_rover_may_drive(perception) -> None:
+    """Rover and ground are off together by 30 cm: all that is driven by is still where it was seen."""
+    localizer = perception.localizer
+    localizer.filter.add_keyframe(np.diag(np.square((0.002, 0.002, 0.004))))
+    localizer.keyframes.add(
+        Keyframe(np.zeros((1, 2)), np.zeros((1, 32), np.uint8), np.ones(1), 0.0), localizer.filter.keyframe_poses()
+    )
+    together = np.kron(np.ones((2, 2)), np.diag((0.09, 0.09, 0.0)))
+    of_both = np.ix_([0, 1, 2, 5, 6, 7], [0, 1, 2, 5, 6, 7])
+    localizer.filter.covariance[of_both] += together
+    localizer.predict(0.0, 0.0, 0.0)
+    localizer.observe(Frame(np.full((120, 160), 30000, np.uint16), 0.0, 1))
+    assert perception.sigma > 0.25
+    assert perception.relative_sigma < 0.02
+    assert perception.placed
+    localizer.filter.doubt((0.08, 0.08, 0.0))
+    assert not perception.placed

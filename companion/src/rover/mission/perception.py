@@ -29,10 +29,9 @@ from rover.vision.localization.localizer import Fix, Localizer, LocalizerSetting
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
-# A frame is mapped only when the pose is this certain: what is mapped wrong stays wrong.
-MAPPING_SIGMA = 0.06
-# A pose less certain than this, 1σ in metres, must not be driven on.
-LOST_SIGMA = 0.08
+# 1σ in metres of the rover's place among the ground around it beyond which it neither maps nor drives: what is mapped
+# wrong stays wrong. One limit for both, so that a rover which may drive also learns where to.
+PLACED_SIGMA = 0.05
 # No wheel touches a place that was found so often and is a mine with at least this probability, reported or not.
 AVOIDED_VIEWS = 3
 AVOIDED_FROM = 0.15
@@ -87,20 +86,22 @@ class Perception:
 
     @property
     def sigma(self) -> float:
-        """1σ of the position in metres, along its worse axis."""
-        (a, b), (_, d) = self.localizer.covariance[:2, :2].tolist()
-        # The larger eigenvalue of a symmetric 2 x 2 matrix.
-        return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b))
+        """1σ of the position in map, metres, along its worse axis: it is measured from the launch and grows with it."""
+        return _worse_axis(self.localizer.covariance)
 
     @property
-    def astray(self) -> bool:
-        """True when the rover must not drive: pictures speak against the pose that it believes, or it is too vague."""
-        return self.localizer.lost or self.sigma > LOST_SIGMA
+    def relative_sigma(self) -> float:
+        """1σ of the position among the ground that the rover sees, metres, along its worse axis."""
+        return _worse_axis(self.localizer.relative_covariance)
 
     @property
     def placed(self) -> bool:
-        """True when the pose is as certain as what is driven and mapped by it asks."""
-        return not self.localizer.lost and self.sigma <= MAPPING_SIGMA
+        """True when the rover knows its place among the ground around it: only then it may drive, and maps.
+
+        Obstacles, zones and seen ground lie where they were seen from; how far all of it is off from the launch does
+        not matter to them.
+        """
+        return not self.localizer.lost and self.relative_sigma <= PLACED_SIGMA
 
     @property
     def suspected(self) -> list[Place]:
@@ -170,7 +171,7 @@ class Perception:
         pose = self.localizer.pose_at(frame.time)
         image = self._rectifier.rectify(frame)
         detections = detect(image, self._classifier, DetectSettings())
-        self.grid.integrate_frame(frame, self.camera, pose, self.sigma, detections)
+        self.grid.integrate_frame(frame, self.camera, pose, self.relative_sigma, detections)
         self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
         here = self.pose
         reach = self.vehicle.wheel_reach + (BRAKING if self._moving else 0.0)
@@ -195,3 +196,10 @@ class Perception:
         shown = bool(self.grid.seen[row, column] or self.grid.occupied[row, column])
         in_view = bool(self.in_view(self.pose)[row, column])
         return shown and in_view and self._shown - self._shown_before >= INSPECTION_VIEWS
+
+
+def _worse_axis(covariance: NDArray[np.float64]) -> float:
+    """1σ in metres along the longer axis of the position's ellipse."""
+    (a, b), (_, d) = covariance[:2, :2].tolist()
+    # The larger eigenvalue of a symmetric 2 x 2 matrix.
+    return math.sqrt(0.5 * (a + d) + math.hypot(0.5 * (a - d), b))

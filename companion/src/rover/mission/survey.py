@@ -168,8 +168,8 @@ class Survey:
 
     def _heed_watch(self, now: float) -> None:
         """Nobody drives blind, astray or beyond the time: the rover brakes first."""
-        lost_place = self.perception.astray and self.phase is not Phase.SEEK
-        concerns = self._watch.check(now, self.perception.sigma, lost_place)
+        lost_place = self.phase is not Phase.SEEK and not self.perception.placed
+        concerns = self._watch.check(now, self.perception.relative_sigma, lost_place)
         for note in concerns.notes:
             self._note(now, note)
             self.drive.stop()
@@ -245,7 +245,7 @@ class Survey:
         self.drive.turn(pose, wrap_angle(pose.heading + 2.0 * math.pi / steps))
 
     def _seek(self, now: float) -> None:
-        sigma = self.perception.sigma
+        sigma = self.perception.relative_sigma
         if self.perception.placed:
             self._note(now, f"the place is known again (1σ of {sigma:.2f} m)")
             self._happen(Event.PLACED, now)

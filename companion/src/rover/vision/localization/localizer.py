@@ -27,7 +27,7 @@ from rover.vision.localization.motion_history import MotionHistory
 from rover.vision.localization.motion_model import FreeMotionNoise, MotionNoise, advance, advance_freely
 from rover.vision.localization.observation import Mark, Observation, Observer, no_mark
 from rover.vision.localization.placement import Placement, PlacementSettings, place, search_area
-from rover.vision.localization.pose_filter import PoseFilter
+from rover.vision.localization.pose_filter import Moved, PoseFilter
 from rover.vision.localization.relocation import Proposal, RelocationSettings, propose, same_place
 from rover.vision.registration.features import FeatureSettings
 from rover.vision.registration.preprocess import PreprocessSettings
@@ -114,8 +114,9 @@ class Localizer:
         self._observer = Observer(camera, s.preprocess, s.features, s.keyframe_features)
         self._mark = mark
         self._filter_time = -math.inf
-        self._front = self.filter.mean[:5].copy()
-        self._front_covariance = self.filter.robot_covariance
+        self._front = self._at_filter()
+        # Keyframes that show the ground around the rover, as of the last frame.
+        self._near: list[int] = []
         self._past: deque[tuple[float, Array]] = deque(maxlen=100)
         self._contradicted = 0
         self._proposal: Proposal | None = None
@@ -126,13 +127,24 @@ class Localizer:
     @property
     def pose(self) -> Pose2:
         """The newest pose in map."""
-        return _pose(self._front)
+        return _pose(self._front.robot)
 
     @property
     def covariance(self) -> Array:
-        """(3, 3) of x, y, heading of the newest pose."""
-        covariance: Array = self._front_covariance[:3, :3].copy()
+        """(3, 3) of x, y, heading of the newest pose in map: it grows with the way from the launch."""
+        moved = self._front
+        covariance: Array = (moved.jacobian @ self.filter.robot_covariance @ moved.jacobian.T + moved.added)[:3, :3]
         return covariance
+
+    @property
+    def relative_covariance(self) -> Array:
+        """(3, 3) of x, y, heading of the newest pose in the frame of a keyframe, in that keyframe's axes.
+
+        Of the keyframes that show the ground around the rover it is the one to which the rover is known best: what was
+        mapped there was mapped from it. Before the first keyframe it is that of the pose in map.
+        """
+        found = [self.filter.relative_covariance(index, self._front) for index in self._near]
+        return min(found, key=lambda one: float(one[0, 0] + one[1, 1]), default=self.covariance)
 
     @property
     def lost(self) -> bool:
@@ -171,6 +183,7 @@ class Localizer:
             self._filter_time = travel.begin
         if time - self._filter_time > self.settings.max_lag:
             self._move_filter(time - 0.5 * self.settings.max_lag)
+            self._catch_up()
 
     def pose_at(self, time: float) -> Pose2:
         """The pose at a time of the last two seconds; the newest for later ones, the oldest kept for earlier ones."""
@@ -201,6 +214,7 @@ class Localizer:
         self._move_filter(frame.time)
         self._mark("filter")
         fix = self._locate(frame.time, seen)
+        self._look_around()
         self._catch_up()
         self._mark("filter")
         return fix
@@ -314,16 +328,23 @@ class Localizer:
         self.filter.propagate(robot, jacobian, added)
         self._filter_time = max(time, self._filter_time)
 
+    def _look_around(self) -> None:
+        """Which keyframes show the ground that is in view now; where none does, those in view before stay."""
+        overlap = self.keyframes.overlap(self.filter.mean[:3], self.filter.keyframe_poses())
+        near = np.flatnonzero(overlap >= self.settings.keyframes.enough).tolist()
+        self._near = near or self._near
+
+    def _at_filter(self) -> Moved:
+        return Moved(self.filter.mean[:5].copy(), np.eye(5), np.zeros((5, 5)))
+
     def _step_front(self, left: float, right: float) -> None:
         if left == 0.0 and right == 0.0:
             return
-        self._front, step, noise = self._advance(self._front, left, right)
-        self._front_covariance = step @ self._front_covariance @ step.T + noise
+        self._front = self._front.then(*self._advance(self._front.robot, left, right))
 
     def _catch_up(self) -> None:
         """The newest pose from the corrected filter and the wheel reports that came after the frame."""
-        self._front = self.filter.mean[:5].copy()
-        self._front_covariance = self.filter.robot_covariance
+        self._front = self._at_filter()
         for travel in self._history.until(math.inf):
             self._step_front(travel.left, travel.right)
 

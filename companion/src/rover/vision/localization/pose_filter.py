@@ -10,6 +10,7 @@ return to an old keyframe also mends the newer ones. (Stochastic cloning: Roumel
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,19 @@ from rover.vision.localization.motion_model import ROBOT
 Array = NDArray[np.float64]
 
 POSE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """The rover after some motion: robot (5,), the Jacobian (5, 5) of that motion and the noise (5, 5) it added."""
+
+    robot: Array
+    jacobian: Array
+    added: Array
+
+    def then(self, robot: Array, jacobian: Array, added: Array) -> Moved:
+        """After one step more."""
+        return Moved(robot, jacobian @ self.jacobian, jacobian @ self.added @ jacobian.T + added)
 
 
 class PoseFilter:
@@ -104,13 +118,31 @@ class PoseFilter:
     def expected_fix(self, index: int) -> tuple[Pose2, Array, Array]:
         """The rover's pose in the frame of a keyframe: mean, covariance (3, 3), Jacobian (3, size of the state)."""
         at = ROBOT + POSE * index
-        key = self.keyframe_pose(index)
-        relative = self.pose.relative_to(key)
-        c, s = math.cos(key.heading), math.sin(key.heading)
+        relative, of_rover, of_keyframe = relative_pose(self.pose, self.keyframe_pose(index))
         jacobian = np.zeros((POSE, len(self.mean)))
-        jacobian[:, :3] = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
-        jacobian[:, at : at + POSE] = [[-c, -s, relative.y], [s, -c, -relative.x], [0.0, 0.0, -1.0]]
+        jacobian[:, :POSE] = of_rover
+        jacobian[:, at : at + POSE] = of_keyframe
         return relative, jacobian @ self.covariance @ jacobian.T, jacobian
+
+    def relative_covariance(self, index: int, moved: Moved | None = None) -> Array:
+        """(3, 3) of the rover's pose in the frame of a keyframe, in the keyframe's axes.
+
+        moved: what the rover has done since the filter's time, when it is asked for the pose after that.
+        """
+        at = ROBOT + POSE * index
+        moved = moved or Moved(self.mean[:ROBOT], np.eye(ROBOT), np.zeros((ROBOT, ROBOT)))
+        x, y, heading = moved.robot[:POSE].tolist()
+        _, of_rover, of_keyframe = relative_pose(Pose2(x, y, heading), self.keyframe_pose(index))
+        step = of_rover @ moved.jacobian[:POSE]
+        cross = step @ self.covariance[:ROBOT, at : at + POSE] @ of_keyframe.T
+        covariance: Array = (
+            step @ self.covariance[:ROBOT, :ROBOT] @ step.T
+            + of_rover @ moved.added[:POSE, :POSE] @ of_rover.T
+            + cross
+            + cross.T
+            + of_keyframe @ self.covariance[at : at + POSE, at : at + POSE] @ of_keyframe.T
+        )
+        return covariance
 
     def innovation(self, index: int, fix: Pose2, noise: Array) -> tuple[Array, float]:
         """Fix minus expectation (3,), and its squared Mahalanobis length (chi-square, three degrees)."""
@@ -154,6 +186,15 @@ class PoseFilter:
         self.covariance[:, :3] = 0.0
         self.covariance[:3, :3] = np.diag((1e2, 1e2, 1e1))
         self.update(index, fix, noise)
+
+
+def relative_pose(pose: Pose2, key: Pose2) -> tuple[Pose2, Array, Array]:
+    """`pose` in the frame of `key`, with its Jacobians (3, 3) by either, both given in map."""
+    relative = pose.relative_to(key)
+    c, s = math.cos(key.heading), math.sin(key.heading)
+    of_pose = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    of_key = np.array([[-c, -s, relative.y], [s, -c, -relative.x], [0.0, 0.0, -1.0]])
+    return relative, of_pose, of_key
 
 
 def _difference(fix: Pose2, expected: Pose2) -> Array:

@@ -26,7 +26,9 @@ def ground(
     """Synthetic ground: smooth patches of `contrast_k`, 50 mK of noise; kelvin × 100."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
-    waves = sum(np.sin(x * rng.uniform(0.01, 0.2) + y * rng.uniform(0.01, 0.2) + rng.uniform(0, 6.0)) for _ in range(5))
+    waves = sum(
+        np.sin(x * rng.uniform(0.01, 0.2) + y * rng.uniform(0.01, 0.2) + rng.uniform(0, 6.0)) for _ in range(5)
+    )
     kelvin = middle_k + contrast_k * waves / 5.0 + rng.normal(0.0, 0.05, shape)
     return np.asarray(np.round(kelvin * 100.0), np.uint16)
 

@@ -71,7 +71,9 @@ def _extent(data: bytes) -> int:
     """Bytes from the start of an FFF file to the end of its last record; 0 where its index cannot be read."""
     try:
         order, at, count = _index(data)
-        entries = (struct.unpack_from(order + "II", data, at + RECORD_BYTES * index + 12) for index in range(count))
+        entries = (
+            struct.unpack_from(order + "II", data, at + RECORD_BYTES * index + 12) for index in range(count)
+        )
         return max((offset + length for offset, length in entries if offset + length <= len(data)), default=0)
     except struct.error:
         return 0

@@ -69,7 +69,9 @@ class Radiometry:
     def transmission(self, distance: float) -> float:
         """Share of the radiation that `distance` metres of this air let through (FLIR's model of water vapour)."""
         celsius = self.air - ZERO_CELSIUS
-        water = self.humidity * math.exp(1.5587 + 6.939e-2 * celsius - 2.7816e-4 * celsius**2 + 6.8455e-7 * celsius**3)
+        water = self.humidity * math.exp(
+            1.5587 + 6.939e-2 * celsius - 2.7816e-4 * celsius**2 + 6.8455e-7 * celsius**3
+        )
         thick, thin = (
             math.exp(-math.sqrt(distance) * (alpha + beta * math.sqrt(water)))
             for alpha, beta in zip(self.alpha, self.beta, strict=True)

@@ -51,7 +51,9 @@ def origin_of(mission: Mission, rig: str, transport: str, seed: int, cycle: floa
     }
 
 
-def identities_of(mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None) -> Identities:
+def identities_of(
+    mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None
+) -> Identities:
     """What was at work, for the report; `firmware`: what it said of itself, None when it was never heard."""
     known = Identities(
         rig=rig,

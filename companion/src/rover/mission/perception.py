@@ -120,7 +120,8 @@ class Perception:
         return [
             place
             for place in self._places_inside()
-            if self._is_suspected(place) or (place.views >= AVOIDED_VIEWS and place.mine_probability >= AVOIDED_FROM)
+            if self._is_suspected(place)
+            or (place.views >= AVOIDED_VIEWS and place.mine_probability >= AVOIDED_FROM)
         ]
 
     def _is_suspected(self, place: Place) -> bool:

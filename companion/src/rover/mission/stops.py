@@ -28,9 +28,12 @@ class Stops:
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
+        # Cause of the last one.
+        self.last = ""
 
     def add(self, cause: str) -> None:
         """One more."""
+        self.last = cause
         self._counts[cause] += 1
 
     def outcome(self, cause: str) -> Outcome:

@@ -198,7 +198,9 @@ class Survey:
 
     def _waiting_for(self) -> str:
         """What a rover that stands still is about, for the operator."""
-        if self.phase in (Phase.START, Phase.HALTED):
+        if self.phase is Phase.HALTED:
+            return f"{WAITING_FOR[self.phase]} ({self._stops.last})"
+        if self.phase is Phase.START:
             return WAITING_FOR[self.phase]
         if self._watch.blind:
             return "the camera shows nothing"

@@ -84,7 +84,9 @@ def picture_maps(grey: Map) -> PictureMaps:
     median = float(np.median(few))
     spread = 1.4826 * float(np.median(np.abs(few - median)))
     levels = tuple(_pyramid(channel) for channel in (base, *rough))
-    return PictureMaps(levels, half * shrink, median, max(spread, MIN_SPREAD), _coarseness(levels[0]), (width, height))
+    return PictureMaps(
+        levels, half * shrink, median, max(spread, MIN_SPREAD), _coarseness(levels[0]), (width, height)
+    )
 
 
 def _shrunk(picture: Map, size: tuple[int, int]) -> Map:

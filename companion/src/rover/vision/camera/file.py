@@ -64,7 +64,9 @@ def load_camera(name_or_path: str | Path, mounted: bool = True) -> CameraModel:
     )
 
 
-def _lens(lens: Table, width: int, height: int) -> tuple[float, float, float, float, float, tuple[float, ...]]:
+def _lens(
+    lens: Table, width: int, height: int
+) -> tuple[float, float, float, float, float, tuple[float, ...]]:
     """fx, fy, cx, cy, skew in pixels, and the distortion."""
     if lens.has("hfov_deg"):
         for key in ("fx", "fy"):

@@ -60,7 +60,9 @@ class CameraModel:
     yaw: float = 0.0
 
     @staticmethod
-    def from_fov(name: str, width: int, height: int, hfov: float, vfov: float | None = None) -> CameraModel:
+    def from_fov(
+        name: str, width: int, height: int, hfov: float, vfov: float | None = None
+    ) -> CameraModel:
         """A camera known by its angles in radians (eq. 9, 10), not mounted; without `vfov` its pixels are square."""
         fx = focal_from_fov(width, hfov)
         fy = fx if vfov is None else focal_from_fov(height, vfov)

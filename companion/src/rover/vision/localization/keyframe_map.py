@@ -102,8 +102,12 @@ def _unpacked(content: dict[str, NDArray[Any]]) -> KeyframeMap:
     if count == 0 or features.min() < 1:
         raise ValueError("features")
     ends = np.cumsum(features)[:-1]
-    ground, pixel_m, descriptors = (np.split(content[name], ends) for name in ("ground", "pixel_m", "descriptors"))
-    frames = [Keyframe(ground[k], descriptors[k], pixel_m[k], float(content["time"][k])) for k in range(count)]
+    ground, pixel_m, descriptors = (
+        np.split(content[name], ends) for name in ("ground", "pixel_m", "descriptors")
+    )
+    frames = [
+        Keyframe(ground[k], descriptors[k], pixel_m[k], float(content["time"][k])) for k in range(count)
+    ]
     return KeyframeMap(frames, poses, content["covariance"])
 
 

@@ -59,7 +59,9 @@ class Placement:
     rmse_px: float
 
 
-def place_pictures(pictures: Sequence[Picture], settings: GraphSettings, progress: Progress | None = None) -> Placement:
+def place_pictures(
+    pictures: Sequence[Picture], settings: GraphSettings, progress: Progress | None = None
+) -> Placement:
     """Where each picture lies; the largest group that hangs together is placed, the rest left out."""
     nodes: list[Prepared] = []
     first: dict[tuple[int, int], Points] = {}
@@ -80,7 +82,9 @@ def place_pictures(pictures: Sequence[Picture], settings: GraphSettings, progres
     return Placement(reference, homographies, rmse_of(homographies, ties, settings.scale_px))
 
 
-def _try(nodes: list[Prepared], a: int, b: int, found: dict[tuple[int, int], Points], settings: GraphSettings) -> None:
+def _try(
+    nodes: list[Prepared], a: int, b: int, found: dict[tuple[int, int], Points], settings: GraphSettings
+) -> None:
     homography = register_prepared(nodes[a], nodes[b], settings.registration).homography
     if homography is not None:
         found[a, b] = homography

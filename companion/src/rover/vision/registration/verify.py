@@ -22,7 +22,9 @@ TILES = 5
 NOTHING_ALIKE = 0.2
 
 
-def agreement(picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: NDArray[np.float64]) -> float:
+def agreement(
+    picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: NDArray[np.float64]
+) -> float:
     """Correlation (-1 to 1) of A laid on B with B, where both are; 0 where they hardly overlap or hold no texture.
 
     Pictures: (H, W) uint8 of `local_contrast`, so that a hot corner in both does not pass for agreement.

@@ -1,10 +1,10 @@
 """Camera poses from a folder of frames alone: any scene that is flat enough to be registered, at an unknown scale.
 
-1. register each frame with the ones before it
-2. choose corners in each frame, follow them into its neighbours to a fraction of a pixel
-3. the first homography gives a plane (eq. 7, 8) on which its corners lie; each further frame is placed by PnP
-   among the points known so far, and its own corners put on the plane that these suggest
-4. the last poses and points are adjusted together, the points free to leave the plane; at the end all are
+    1. register each frame with the ones before it
+    2. choose corners in each frame, follow them into its neighbours to a fraction of a pixel
+    3. the first homography gives a plane (eq. 7, 8) on which its corners lie; each further frame is placed by PnP
+       among the points known so far, and its own corners put on the plane that these suggest
+    4. the last poses and points are adjusted together, the points free to leave the plane; at the end all are
 """
 
 from __future__ import annotations

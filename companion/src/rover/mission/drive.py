@@ -87,10 +87,11 @@ class Drive:
         self._follower.request_stop()
         self._follower.next_segments(now, Pose2(0.0, 0.0, 0.0), self.committed)
 
-    def check(self, space: FreeSpace, pose: Pose2) -> bool:
+    def check(self, space: FreeSpace, pose: Pose2, forbidden: FreeSpace | None = None) -> bool:
         """Brakes when the rest of the path is no longer free; True when that would be too late.
 
         What is committed can't be taken back: where it leads into blocked ground only the firmware stops in time.
+        `forbidden`: ground that is worth such a stop, where `space` is kept off more than that.
         """
         if self.blocked or len(self._path) < 2:
             return False
@@ -102,7 +103,7 @@ class Drive:
             return False
         self.blocked = True
         self.stop()
-        return not space.is_clear(cut(ahead, COMMITTED_REACH))
+        return not (forbidden or space).is_clear(cut(ahead, COMMITTED_REACH))
 
     def step(self, now: float, pose: Pose2) -> tuple[list[Segment], float | None]:
         """Segments to send now, and when a run that begins with them starts."""

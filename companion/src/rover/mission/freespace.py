@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import cv2
@@ -82,6 +82,16 @@ def free_space(
         resolution=resolution,
         radius=radius + MARGIN,
     )
+
+
+def keep_off(space: FreeSpace, discs: NDArray[np.float64]) -> FreeSpace:
+    """The same with more forbidden ground: discs (N, 3) of x, y and radius, metres, that hide nothing."""
+    if not len(discs):
+        return space
+    blocked = space.blocked.copy()
+    for x, y, r in discs.tolist():
+        blocked |= disc_mask(blocked.shape, space.resolution, x, y, r)
+    return replace(space, blocked=blocked, free=_erode(blocked, space.resolution, space.radius))
 
 
 def disc_mask(shape: tuple[int, int], resolution: float, x: float, y: float, radius: float) -> Mask:

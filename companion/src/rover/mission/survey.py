@@ -17,9 +17,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rover.capture.frame import Frame
+from rover.detection.second_look import sign_at
 from rover.geometry import wrap_angle
 from rover.link.telemetry import FirmwareState, Telemetry
 from rover.link.words import MotorState
+from rover.mission.caution import BOLD, CAUTIOUS, Caution
 from rover.mission.config import Mission
 from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
@@ -78,6 +80,9 @@ class Survey:
         self.perception = perception
         self.goals = Goals(mission.goals)
         self.coverage = Coverage(perception.grid, mission.area, mission.launch)
+        self.caution = Caution(perception.grid, sign_at(mission.time_of_day_s / 3600.0))
+        # The least likeness of the weak spots that the stretch being driven keeps off.
+        self._kept_off = CAUTIOUS
         self.drive = Drive(vehicle, mission.rover.cruise_speed)
         self.phase = Phase.START
         self.outcome: Outcome | None = None
@@ -132,7 +137,8 @@ class Survey:
         self._heed_watch(now)
         space = self._free_space() if mapped else None
         if space is not None and not self.drive.at_rest(now):
-            urgent = self.drive.check(space, self.perception.pose)
+            careful = self.caution.keep_off(space, self._kept_off, self.perception.pose)
+            urgent = self.drive.check(careful, self.perception.pose, space)
             if urgent:
                 return Orders(stop=True)
         segments, start = self.drive.step(now, self.perception.pose)
@@ -150,8 +156,10 @@ class Survey:
         mapped = False
         for frame in frames:
             mapped = self.perception.see(frame, now) or mapped
+        self.caution.drive(self.perception.pose, self.vehicle)
         if mapped:
             self.goals.update(self.perception.suspected)
+            self.caution.look(self.perception.pose)
         return mapped
 
     def _free_space(self) -> FreeSpace:
@@ -260,10 +268,16 @@ class Survey:
 
     def _decide(self, now: float, space: FreeSpace) -> None:
         pose, pending = self.perception.pose, self.goals.pending
-        standoff = self.mission.detector.standoff
-        targets = candidates(space, pose, pending, self.coverage.unseen(), self.perception.footprint, standoff)
         self.decisions += 1
-        self.decision = decide(space, pose, targets, self._seed + self.decisions)
+        standoff, seed = self.mission.detector.standoff, self._seed + self.decisions
+        for self._kept_off in (CAUTIOUS, BOLD):
+            careful = self.caution.keep_off(space, self._kept_off, pose)
+            unseen, footprint = self.coverage.unseen(), self.perception.footprint
+            targets = candidates(careful, pose, pending, unseen, footprint, standoff)
+            self.decision = decide(careful, pose, targets, seed)
+            if self.decision is not None:
+                space = careful
+                break
         if self.decision is None:
             self._decide_to_end(now)
             return

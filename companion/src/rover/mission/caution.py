@@ -1,0 +1,82 @@
+"""Where no wheel goes while there is another way: weak spots of the mosaic, neither suspected nor reported.
+
+A spot is one that the second look finds (`rover.detection.second_look`). At first all of CAUTIOUS are kept free; where
+that leaves no way to anything, only those of BOLD are. A spot that a wheel has already gone over is none any more.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rover.detection.second_look import likeness, peaks
+from rover.geometry import Pose2
+from rover.mapping.survey_grid import OCCUPIED, SurveyGrid
+from rover.mission.freespace import FreeSpace, keep_off
+from rover.vehicle import Vehicle
+
+# Likeness from which a spot is kept free, in standard deviations of the ground's answers: while there is another way,
+# and in any case. A mine 5 cm deep at one in the afternoon answers with about 4; bare loam has one or two spots of 2.5
+# a square metre and one of 3.2 in four.
+CAUTIOUS, BOLD = 2.5, 3.2
+# Half the side of a spot that nothing of the rover may touch, metres: its wheels, which stand 3 cm within the hull and
+# its margin, then stay 3 cm off a mine of 11 cm that lies up to 4 cm from where the spot peaks.
+SPOT_RADIUS = 0.045
+# A spot nearer than this to the rover's centre lies under it, metres: no way out of it would be found.
+UNDER = 0.08
+# Half the side of the window that is looked at anew with every frame, metres: what a frame shows, and the ring around.
+WINDOW = 1.7
+
+# What is left out around an obstacle: a cell.
+EDGE = np.ones((3, 3), np.uint8)
+
+
+class Caution:
+    """Weak spots of one survey. `likeness` has the grid's cells, in standard deviations of the ground's answers."""
+
+    def __init__(self, grid: SurveyGrid, sign: int) -> None:
+        """`sign`: of a buried mine's contrast at the mission's hour, 0 where it may be either."""
+        self._grid = grid
+        self._sign = sign
+        self._driven = np.zeros(grid.shape, np.uint8)
+        self.likeness: NDArray[np.float32] | None = None
+
+    def look(self, pose: Pose2) -> None:
+        """Looks anew at the mosaic around the rover; the first time at all of it: an earlier run may have made it."""
+        size, (rows, columns) = self._grid.resolution, self._grid.shape
+        if self.likeness is None:
+            self.likeness = likeness(self._plain(np.s_[:, :]), size, self._sign)
+            return
+        reach, row, column = math.ceil(WINDOW / size), int(pose.y / size), int(pose.x / size)
+        window = (
+            slice(max(row - reach, 0), min(row + reach, rows)),
+            slice(max(column - reach, 0), min(column + reach, columns)),
+        )
+        self.likeness[window] = likeness(self._plain(window), size, self._sign)
+
+    def _plain(self, window: tuple[slice, slice]) -> NDArray[np.float32]:
+        """The mosaic without obstacles and their edges, whose warmth is none of the ground's."""
+        solid = cv2.dilate((self._grid.thermal[window] > OCCUPIED).astype(np.uint8), EDGE)
+        return np.where(solid > 0, np.float32(np.nan), self._grid.temperature[window])
+
+    def drive(self, pose: Pose2, vehicle: Vehicle) -> None:
+        """Notes where the wheels stand: that ground bears."""
+        size, half = self._grid.resolution, 0.5 * vehicle.track_width
+        for x, y in pose.transform(np.array([[0.0, half], [0.0, -half]])).tolist():
+            row, column = int(y / size), int(x / size)
+            if 0 <= row < self._grid.shape[0] and 0 <= column < self._grid.shape[1]:
+                self._driven[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] = 1
+
+    def keep_off(self, space: FreeSpace, least: float, pose: Pose2) -> FreeSpace:
+        """The map with every spot of at least this likeness forbidden, but for those that a wheel has gone over."""
+        if self.likeness is None:
+            return space
+        size = self._grid.resolution
+        spots = peaks(self.likeness, size, least)
+        rows, columns = (spots[:, [1, 0]] / size).astype(int).T
+        away = np.hypot(spots[:, 0] - pose.x, spots[:, 1] - pose.y) >= UNDER
+        kept = spots[away & (self._driven[rows, columns] == 0)]
+        return keep_off(space, np.column_stack((kept[:, :2], np.full(len(kept), SPOT_RADIUS))))

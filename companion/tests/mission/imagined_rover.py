@@ -19,7 +19,7 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission, from_document
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
-from rover.mission.perception import LOST_SIGMA, MAPPING_SIGMA, Perception
+from rover.mission.perception import PLACED_SIGMA, Perception
 from rover.mission.survey import Orders, Survey
 from rover.vehicle import STANDARD
 
@@ -70,16 +70,12 @@ class ImaginedPerception:
         self._views = 0
 
     @property
-    def sigma(self) -> float:
+    def relative_sigma(self) -> float:
         return self._world.sigma
 
     @property
-    def astray(self) -> bool:
-        return self.sigma > LOST_SIGMA
-
-    @property
     def placed(self) -> bool:
-        return self.sigma <= MAPPING_SIGMA
+        return self.relative_sigma <= PLACED_SIGMA
 
     def take(self, event: object) -> None:
         if isinstance(event, Battery):

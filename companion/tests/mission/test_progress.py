@@ -11,7 +11,7 @@ from rover.outcome import RunStatus
 
 # What may be so, each drawn anew every few seconds.
 ANYTHING = {
-    "sigma": (0.005, 0.03, 0.059, 0.061, 0.07, 0.079, 0.081, 0.3, 5.0),
+    "sigma": (0.005, 0.03, 0.049, 0.051, 0.07, 0.081, 0.3, 5.0),
     "frames": (True, True, True, False),
     "shutter": (False, False, False, True),
     "shows": (True, True, False),
@@ -40,15 +40,13 @@ def test_whatever_comes_the_rover_moves_decides_or_ends(seed: int) -> None:
         assert rover.survey.outcome.reason
 
 
-@pytest.mark.parametrize("sigma", [0.061, 0.07, 0.079])
-def test_a_place_too_vague_to_map_and_too_good_to_be_lost_is_looked_around_from_and_then_given_up(
-    sigma: float,
-) -> None:
+@pytest.mark.parametrize("sigma", [0.051, 0.07, 0.3])
+def test_a_place_that_stays_too_vague_to_map_is_looked_around_from_and_then_given_up(sigma: float) -> None:
     rover = ImaginedRover(world=Imagined(sigma=sigma)).run(120.0)
     assert rover.survey.outcome is not None
     assert rover.survey.outcome.status is RunStatus.PARTIAL
     assert f"1σ of {sigma:.2f} m" in rover.survey.outcome.reason
-    assert sum("looks around" in note for note in rover.notes[:-1]) == MAX_LOOKS
+    assert "looking around" in rover.notes[0]
 
 
 @pytest.mark.parametrize(

@@ -213,9 +213,8 @@ class Survey:
         if self._watch.blind:
             return "the camera shows nothing"
         if not self.perception.placed:
-            return (
-                f"the place is not known well enough to map what the camera shows (1σ of {self.perception.sigma:.2f} m)"
-            )
+            sigma = self.perception.relative_sigma
+            return f"the place is not known well enough to map what the camera shows (1σ of {sigma:.2f} m)"
         return WAITING_FOR[self.phase]
 
     # -- at rest -------------------------------------------------------------------------------------------------

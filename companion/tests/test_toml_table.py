@@ -15,8 +15,8 @@ from rover.toml_table import Table
 FILE = Path("some.toml")
 
 
-def table(name: str = "part", **values: object) -> Table:
-    return Table(FILE, values, name)
+def table(**values: object) -> Table:
+    return Table(FILE, values, "part")
 
 
 def test_values_are_taken_as_they_stand_and_numbers_as_floats() -> None:
@@ -67,7 +67,7 @@ def test_what_is_wrong_is_one_line_with_table_and_key(
 
 def test_the_file_itself_has_no_header_in_front_of_its_keys() -> None:
     with pytest.raises(BadInput, match=r"^some\.toml: width: missing$"):
-        table("").number("width", 0, 9)
+        Table(FILE, {}, "").number("width", 0, 9)
 
 
 @given(st.text(min_size=1), st.text())

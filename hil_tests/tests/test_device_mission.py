@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from rover.cli.main import invoke
@@ -67,7 +67,8 @@ class Rover:
     @property
     def summary(self) -> dict[str, Any]:
         """Of the run."""
-        return json.loads((self.folder / "run" / "summary.json").read_text())
+        document: dict[str, Any] = json.loads((self.folder / "run" / "summary.json").read_text())
+        return document
 
     def verdict(self) -> dict[str, Any]:
         """The referee of the rig on the run that is over."""
@@ -88,9 +89,10 @@ def rig_time_ahead(log: Path) -> float:
     for message in Log(log).messages(("/link/tx", "/link/rx")):
         frame = json.loads(message.data)
         try:
-            kind, fields = messages.decode(frame["id"], bytes.fromhex(frame["data"]))
+            kind, raw = messages.decode(frame["id"], bytes.fromhex(frame["data"]))
         except ValueError:
             continue
+        fields = cast(dict[str, int], raw)
         if kind.name == "ClockRequest":
             sent[fields["sequence"]] = message.time_ns * 1e-9
         elif kind.name == "ClockReply" and fields["sequence"] in sent:

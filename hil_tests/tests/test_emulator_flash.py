@@ -50,7 +50,8 @@ class Board:
         self.heard.clear()
         self.tell("ParameterGet", identifier=DEAD_MAN)
         self.run(20)
-        return next(fields["value"] for name, fields in self.heard if name == "ParameterValue")
+        value: int = next(fields["value"] for name, fields in self.heard if name == "ParameterValue")
+        return value
 
     def close(self) -> None:
         self._process.close()

@@ -80,7 +80,8 @@ class Mission:
 
     @property
     def rig(self) -> dict[str, Any]:
-        return json.loads((self.out / "rig.json").read_text())
+        document: dict[str, Any] = json.loads((self.out / "rig.json").read_text())
+        return document
 
     @property
     def firmware_pids(self) -> list[int]:
@@ -90,7 +91,8 @@ class Mission:
 
     @property
     def summary(self) -> dict[str, Any]:
-        return json.loads((self.out / "summary.json").read_text())
+        document: dict[str, Any] = json.loads((self.out / "summary.json").read_text())
+        return document
 
     def topics(self) -> set[str]:
         """Topics with at least one readable message in mission.mcap."""
@@ -145,7 +147,8 @@ def mission(tmp_path: Path) -> Iterator[Mission]:
 
 def speeds(truth: np.ndarray) -> np.ndarray:
     """Speed (n - 1,) along the real trajectory (n, 4), m/s."""
-    return np.hypot(*np.diff(truth[:, 1:3], axis=0).T) / np.diff(truth[:, 0])
+    along: np.ndarray = np.hypot(*np.diff(truth[:, 1:3], axis=0).T)
+    return along / np.diff(truth[:, 0])
 
 
 def test_when_the_companion_is_killed_the_firmware_stops_the_rover_and_says_so(mission: Mission) -> None:

@@ -38,11 +38,13 @@ class Run:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        return json.loads((self.out / "summary.json").read_text())
+        document: dict[str, Any] = json.loads((self.out / "summary.json").read_text())
+        return document
 
     @cached_property
     def truth(self) -> dict[str, Any]:
-        return json.loads((self.out / "truth.json").read_text())
+        document: dict[str, Any] = json.loads((self.out / "truth.json").read_text())
+        return document
 
     @property
     def comparable(self) -> str:
@@ -62,8 +64,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
     def once(seed: int = 1, repetition: int = 1) -> Run:
         if (seed, repetition) not in done:
             out = tmp_path_factory.mktemp(f"seed{seed}-{repetition}")
-            rover = Path(sys.executable).with_name("rover")
-            command = [rover, "run", MISSION, "--rig", "sitl", "--seed", str(seed), "--out", out, "--json"]
+            rover = str(Path(sys.executable).with_name("rover"))
+            command = [rover, "run", str(MISSION), "--rig", "sitl", "--seed", str(seed), "--out", str(out), "--json"]
             ended = subprocess.run(command, capture_output=True, text=True, timeout=150.0)
             done[seed, repetition] = Run(ended.returncode, ended.stdout, ended.stderr, out)
         return done[seed, repetition]

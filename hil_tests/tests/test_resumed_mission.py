@@ -50,7 +50,8 @@ def rover(*words: object) -> subprocess.CompletedProcess[str]:
 
 
 def summary(folder: Path) -> dict[str, Any]:
-    return json.loads((folder / "summary.json").read_text())
+    document: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    return document
 
 
 @pytest.fixture(scope="module")

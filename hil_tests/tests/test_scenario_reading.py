@@ -137,7 +137,7 @@ def test_a_file_that_is_no_toml_or_not_there_is_one_line(tmp_path: Path) -> None
     ],
 )
 def test_conditions_mean_what_they_say(text: str, expected: bool) -> None:
-    seen = {"state": "Moving", "speed": 0.25, "powered": True, "count.Stall": 2}
+    seen: dict[str, float | str | bool] = {"state": "Moving", "speed": 0.25, "powered": True, "count.Stall": 2}
     assert parse_condition(text)(seen) is expected
 
 

@@ -7,9 +7,11 @@ import select
 import socket
 import subprocess
 from pathlib import Path
+from typing import cast
 
 import pytest
 from rover_protocol import framing, messages
+from rover_protocol.message import Message
 from rover_protocol.rig_tick import ALL_HOST_BYTES, NO_SENSOR, POWERED, TickReply, TickRequest
 
 from protocol.tests import golden
@@ -148,7 +150,7 @@ class Conversation:
         self.heard: list[tuple[str, dict[str, int]]] = []
         self.last: dict[str, dict[str, int]] = {}
 
-    def send(self, message: object, /, **fields: int) -> None:
+    def send(self, message: Message, /, **fields: int) -> None:
         self.firmware.send(self.text.encode(message.ID, message.pack(**fields)))
 
     def run(self, milliseconds: int) -> None:
@@ -157,7 +159,8 @@ class Conversation:
 
     def hear(self, frames: list[tuple[int, bytes]]) -> None:
         for identifier, payload in frames:
-            message, values = messages.decode(identifier, payload)
+            message, raw = messages.decode(identifier, payload)
+            values = cast(dict[str, int], raw)
             self.heard.append((message.name, values))
             self.last[message.name] = values
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 import pytest
 from rover_protocol import framing, messages
+from rover_protocol.message import Message
 
 from protocol.tests.firmware_process import CanText, Conversation
 
@@ -16,6 +18,8 @@ BIT_ERROR_RATE = 1e-4
 WINDOW = 16
 REPEAT_MS = 60
 DAMAGED = ("checksum_errors", "malformed", "lost")
+
+Frame = TypeVar("Frame")
 
 
 def pieces(count: int) -> list[tuple[int, int, int, int]]:
@@ -36,7 +40,7 @@ class BadLine:
         self._down: list[tuple[int, tuple[int, bytes]]] = []
         self.lost = self.doubled = 0
 
-    def send(self, message: object, /, **fields: int) -> None:
+    def send(self, message: Message, /, **fields: int) -> None:
         self._up += self._fate(self._talk.text.encode(message.ID, message.pack(**fields)))
 
     def run(self, milliseconds: int) -> None:
@@ -46,10 +50,10 @@ class BadLine:
             firmware.send(b"".join(due))
             for frame in self._talk.text.decode(firmware.tick()):
                 self._down += self._fate(frame)
-            self._down, due = self._split(self._down)
-            self._talk.hear(due)
+            self._down, arrived = self._split(self._down)
+            self._talk.hear(arrived)
 
-    def _fate(self, frame: object) -> Iterator[tuple[int, object]]:
+    def _fate(self, frame: Frame) -> Iterator[tuple[int, Frame]]:
         copies = self._chance.choices((0, 1, 2), (LOSS, 0.9 - LOSS, 0.1))[0]
         self.lost += copies == 0
         self.doubled += copies == 2
@@ -57,7 +61,7 @@ class BadLine:
             delay = self._chance.randrange(30) if self._chance.random() < 0.3 else 0
             yield self._talk.firmware.now_us + 1000 * delay, frame
 
-    def _split(self, waiting: list) -> tuple[list, list]:
+    def _split(self, waiting: list[tuple[int, Frame]]) -> tuple[list[tuple[int, Frame]], list[Frame]]:
         now = self._talk.firmware.now_us
         return [w for w in waiting if w[0] > now], [frame for due, frame in waiting if due <= now]
 
@@ -72,7 +76,7 @@ class NoisyLine(BadLine):
             firmware.send(self._spoil(b"".join(due)))
             self._talk.hear(self._talk.text.decode(self._spoil(firmware.tick())))
 
-    def _fate(self, frame: object) -> Iterator[tuple[int, object]]:
+    def _fate(self, frame: Frame) -> Iterator[tuple[int, Frame]]:
         yield self._talk.firmware.now_us, frame
 
     def _spoil(self, data: bytes) -> bytes:
@@ -82,6 +86,9 @@ class NoisyLine(BadLine):
                 spoiled[bit // 8] ^= 1 << bit % 8
                 self.lost += 1
         return bytes(spoiled)
+
+
+Line = TypeVar("Line", bound="BadLine | Conversation")
 
 
 def stream(talk: Conversation, line: BadLine | Conversation, run: list[tuple[int, int, int, int]]) -> list[int]:
@@ -125,7 +132,9 @@ def stream(talk: Conversation, line: BadLine | Conversation, run: list[tuple[int
     return executed
 
 
-def end_of(run: list[tuple[int, int, int, int]], line_of, wire: str) -> tuple[dict, dict, list[int], object]:
+def end_of(
+    run: list[tuple[int, int, int, int]], line_of: Callable[[Conversation], Line], wire: str
+) -> tuple[dict[str, dict[str, int]], dict[str, int], list[int], Line]:
     """(last messages, counters of the firmware, executed indices, the line) after the run over a line."""
     talk = Conversation(wire)
     line = line_of(talk)
@@ -145,7 +154,7 @@ def wanted() -> dict[str, int]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
-def test_frames_lost_doubled_delayed_and_reordered_on_the_bus_change_nothing(wanted: dict, seed: int) -> None:
+def test_frames_lost_doubled_delayed_and_reordered_on_the_bus_change_nothing(wanted: dict[str, int], seed: int) -> None:
     run = pieces(SEGMENTS)
     last, _, _, line = end_of(run, lambda talk: BadLine(talk, seed), "can")
     assert line.lost > 100
@@ -156,7 +165,9 @@ def test_frames_lost_doubled_delayed_and_reordered_on_the_bus_change_nothing(wan
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_bit_errors_on_the_serial_line_cost_repetitions_and_counters_and_nothing_else(wanted: dict, seed: int) -> None:
+def test_bit_errors_on_the_serial_line_cost_repetitions_and_counters_and_nothing_else(
+    wanted: dict[str, int], seed: int
+) -> None:
     run = pieces(SEGMENTS)
     last, counters, executed, line = end_of(run, lambda talk: NoisyLine(talk, seed), "serial")
     assert line.lost > 5

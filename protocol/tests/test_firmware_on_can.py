@@ -23,7 +23,6 @@ def talk():
 def test_handshake_arming_and_the_dead_man_work_as_on_the_serial_line(talk: Conversation) -> None:
     talk.arm()
     assert talk.last["HelloBuild"]["accepted"] == 1
-    assert talk.firmware.powered
     silent = 0
     while talk.firmware.powered:
         talk.run(1)
@@ -113,7 +112,7 @@ def test_python_can_opens_it_and_talks_to_the_rover() -> None:
     firmware = Firmware("can", descriptor=master)
     hello = messages.Hello.pack(schema_hash=messages.SCHEMA_HASH, session=7)
     wanted = {"HelloReply", "HelloBuild", "State", "WheelTicks"}
-    names = set()
+    names: set[str] = set()
     with can.Bus(interface="slcan", channel=os.ttyname(slave), bitrate=500_000, sleep_after_open=0.0) as bus:
         for _ in range(30):
             firmware.tick()

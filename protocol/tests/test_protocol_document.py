@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-import cantools
 import pytest
+from cantools.database.can import Database
 from rover_protocol import framing, messages
 
 from protocol.tests import golden
@@ -15,19 +15,26 @@ DOCUMENT = (REPOSITORY / "docs/reference/protocol.md").read_text(encoding="utf-8
 CORE = REPOSITORY / "firmware/core/src"
 
 
+def found(pattern: str, text: str) -> re.Match[str]:
+    """Where the pattern stands first."""
+    match = re.search(pattern, text, re.MULTILINE)
+    assert match is not None, pattern
+    return match
+
+
 def rows(heading: str) -> list[list[str]]:
     """Cells of the first table below the heading, without its two first lines."""
     section = DOCUMENT[DOCUMENT.index(f"\n{heading}\n") :]
-    table = re.search(r"(?:^\|.*\n)+", section, re.MULTILINE).group()
+    table = found(r"(?:^\|.*\n)+", section)[0]
     return [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in table.splitlines()[2:]]
 
 
 @pytest.fixture(scope="module")
-def database() -> cantools.database.Database:
-    return cantools.database.load_file(golden.PROTOCOL / "rover.dbc")
+def database() -> Database:
+    return golden.database()
 
 
-def test_every_message_is_listed_as_the_dbc_has_it(database: cantools.database.Database) -> None:
+def test_every_message_is_listed_as_the_dbc_has_it(database: Database) -> None:
     listed = {int(row[0]): row for row in rows("## Messages")}
     assert sorted(listed) == sorted(message.frame_id for message in database.messages)
     for message in database.messages:
@@ -48,10 +55,10 @@ def test_the_schema_hash_is_the_present_one() -> None:
 
 
 def test_the_frame_by_hand_is_in_the_vectors() -> None:
-    example = re.search(r"^frame +([0-9a-f ]+)$", DOCUMENT, re.MULTILINE).group(1)
+    example = found(r"^frame +([0-9a-f ]+)$", DOCUMENT)[1]
     vector = next(v for v in golden.load("messages") if v["frame"] == example.replace(" ", ""))
     assert (vector["message"], vector["sequence"], vector["values"]) == ("Arm", 7, {"token": 0, "session": 0})
-    body = bytes.fromhex(re.search(r"^body +([0-9a-f ]+)$", DOCUMENT, re.MULTILINE).group(1))
+    body = bytes.fromhex(found(r"^body +([0-9a-f ]+)$", DOCUMENT)[1])
     assert framing.crc16(body, len(body) - 2) == int.from_bytes(body[-2:], "little") == 0x32CC
 
 
@@ -100,7 +107,7 @@ def test_causes_are_the_value_table_of_the_dbc() -> None:
 
 def test_reasons_of_refusal_are_numbered_as_in_the_firmware() -> None:
     source = (CORE / "motion.rs").read_text(encoding="utf-8")
-    body = re.search(r"pub enum Refusal \{(.*?)\n\}", source, re.DOTALL).group(1)
+    body = found(r"(?s)pub enum Refusal \{(.*?)\n\}", source)[1]
     names = re.findall(r"^    (\w+),$", body, re.MULTILINE)
     assert names == ["QueueFull", "TooShort", "NotContinuous", "StartPassed", "BeyondLimits", "NotAtRest"]
     assert [int(row[0]) for row in rows("### Refusal")] == list(range(len(names)))

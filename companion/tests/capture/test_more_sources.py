@@ -62,7 +62,7 @@ def test_a_cut_log_gives_what_is_whole_or_one_line(tmp_path):
 def write_video(file: Path, fourcc: str, frames: list[np.ndarray], depth: int) -> None:
     height, width = frames[0].shape
     settings = [cv2.VIDEOWRITER_PROP_DEPTH, depth, cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
-    writer = cv2.VideoWriter(str(file), cv2.CAP_FFMPEG, cv2.VideoWriter_fourcc(*fourcc), 9.0, (width, height), settings)
+    writer = cv2.VideoWriter(str(file), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*fourcc), 9.0, (width, height), settings)
     if not writer.isOpened():
         pytest.skip(f"this OpenCV cannot write {fourcc}")
     for frame in frames:

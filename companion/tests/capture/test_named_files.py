@@ -118,7 +118,8 @@ def test_a_jpeg_without_its_end_is_cut_whatever_its_thumbnail_ends_with(tmp_path
 
 def test_a_radiometric_jpeg_is_read_by_its_temperatures_and_not_by_its_preview(tmp_path: Path) -> None:
     picture = read_picture(stored(tmp_path, "a.jpg", jpeg_with(flir_file(counts_of(KELVIN), "raw", "<"))))
-    assert (picture.dtype, picture.shape) == (np.uint16, KELVIN.shape)
+    assert picture.dtype == np.uint16
+    assert picture.shape == KELVIN.shape
     assert np.abs(0.01 * picture - KELVIN).max() < 0.06
 
 

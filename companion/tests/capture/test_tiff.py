@@ -12,7 +12,7 @@ from rover.capture.picture import read_picture, read_picture_of_many
 from rover.capture.radiometric import read_thermogram
 from rover.errors import BadInput
 
-from companion.tests.capture.tiff_sample import Leaf, tiff
+from companion.tests.capture.tiff_sample import Leaf, Order, tiff
 
 ROWS, COLUMNS = 24, 32
 KELVIN = (290.0 + 0.02 * np.arange(ROWS * COLUMNS).reshape(ROWS, COLUMNS)).astype(np.float32)
@@ -31,7 +31,7 @@ def stored(folder: Path, content: bytes) -> Path:
 @pytest.mark.parametrize(("compression", "predictor"), [(1, 1), (8, 1), (8, 3), (32946, 3)])
 @pytest.mark.parametrize("offset", [0.0, 273.15])
 def test_floating_point_is_read_as_kelvin_or_celsius(
-    tmp_path: Path, order: str, kind: type, compression: int, predictor: int, offset: float
+    tmp_path: Path, order: Order, kind: type[np.floating], compression: int, predictor: int, offset: float
 ) -> None:
     values = (KELVIN - offset).astype(kind)
     content = tiff(Leaf(values, compression=compression, predictor=predictor, rows_per_strip=7), order=order)
@@ -60,7 +60,7 @@ def test_floating_point_that_is_neither_kelvin_nor_celsius_is_refused(tmp_path: 
 
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize(("compression", "predictor"), [(1, 1), (8, 1), (8, 2), (32946, 2)])
-def test_sixteen_bits_are_unpacked_exactly(tmp_path: Path, order: str, compression: int, predictor: int) -> None:
+def test_sixteen_bits_are_unpacked_exactly(tmp_path: Path, order: Order, compression: int, predictor: int) -> None:
     page = Leaf(CENTIKELVIN, compression=compression, predictor=predictor, rows_per_strip=5)
     assert (read_picture(stored(tmp_path, tiff(page, order=order))) == CENTIKELVIN).all()
 

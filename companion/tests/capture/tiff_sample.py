@@ -5,10 +5,12 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+Order = Literal["<", ">"]
 FORMATS = {"u": 1, "i": 2, "f": 3}
 
 
@@ -24,7 +26,7 @@ class Leaf:
     sub: list[Leaf] = field(default_factory=list)
 
 
-def tiff(*pages: Leaf, order: str = "<") -> bytes:
+def tiff(*pages: Leaf, order: Order = "<") -> bytes:
     """The file; little-endian unless `order` is '>'."""
     out = bytearray(b"II*\0" if order == "<" else b"MM\0*") + bytes(4)
     link = 4
@@ -35,7 +37,7 @@ def tiff(*pages: Leaf, order: str = "<") -> bytes:
     return bytes(out)
 
 
-def _write(out: bytearray, page: Leaf, order: str) -> tuple[int, int]:
+def _write(out: bytearray, page: Leaf, order: Order) -> tuple[int, int]:
     """Appends a directory; where it begins, and where its link to the next one stands."""
     below = [_write(out, leaf, order)[0] for leaf in page.sub]
     height, width = page.pixels.shape[:2]
@@ -73,7 +75,7 @@ def _write(out: bytearray, page: Leaf, order: str) -> tuple[int, int]:
     return begin, len(out) - 4
 
 
-def _packed(rows: NDArray[np.generic], page: Leaf, order: str) -> bytes:
+def _packed(rows: NDArray[np.generic], page: Leaf, order: Order) -> bytes:
     kind = rows.dtype.newbyteorder(order)
     content = rows.astype(kind).tobytes()
     if page.predictor == 2:

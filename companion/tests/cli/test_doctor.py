@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 from rover.cli import doctor
 
 
 @pytest.fixture
-def checks(rover) -> dict[str, dict]:
+def checks(rover) -> dict[str, dict[str, Any]]:
     result = rover("doctor", "--json")
     listed = json.loads(result.out)["checks"]
     assert result.code == (0 if all(check["ok"] for check in listed) else 3)

@@ -27,7 +27,8 @@ def mounts(tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr(flashing, "rover_ports", list)
     monkeypatch.setattr(flashing, "has_probe", lambda: False)
     monkeypatch.setattr(flashing, "unmounted", lambda: None)
-    return tmp_path / "media"
+    media: Path = tmp_path / "media"
+    return media
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from rover.cli.main import invoke
 from rover.vision.camera.file import load_camera
 
@@ -82,7 +83,7 @@ def test_a_frame_of_a_mounted_camera_is_told_in_its_own_pixels(capsys, tmp_path:
 
 def faulty(folder: Path) -> dict[str, Path]:
     """Files of every fault, by its name."""
-    pictures = {
+    pictures: dict[str, NDArray[np.integer]] = {
         "blank": np.full((120, 160), 30_000, np.uint16),
         "saturated": np.full((120, 160), 65_535, np.uint16),
         "8-bit picture": ground(160, 120, 80, 60).astype(np.uint8),

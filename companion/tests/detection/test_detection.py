@@ -120,7 +120,8 @@ def test_a_patch_says_contrast_in_kelvin_whatever_the_soil_is():
         y, x = np.mgrid[0:100, 0:140]
         spot = 3.0 * np.exp(-0.5 * ((x - 70) ** 2 + (y - 50) ** 2) / 16)
         image = from_picture(soil + spot, 0.01)
-        return describe(image, find_candidates(image)[:1])[0]
+        features: np.ndarray = describe(image, find_candidates(image)[:1])[0]
+        return features
 
     assert vector(280.0).shape == (LENGTH,)
     assert vector(280.0) == pytest.approx(vector(310.0), abs=1e-2)

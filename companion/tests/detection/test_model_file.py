@@ -15,7 +15,7 @@ from rover.errors import BadInput
 @pytest.fixture(params=tuple(LENGTHS))
 def kind(request: pytest.FixtureRequest) -> str:
     """Each of the two networks in turn."""
-    return request.param
+    return str(request.param)
 
 
 @pytest.fixture

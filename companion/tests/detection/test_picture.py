@@ -115,7 +115,7 @@ def test_a_gain_of_the_camera_hardly_changes_the_description() -> None:
     picture = with_disc(330, 300, 80, 220.0)
     spot = np.array([[330.0, 300.0, 80.0]], np.float32)
     bright = describe_spots(picture_maps(picture), spot)
-    dim = describe_spots(picture_maps(0.7 * picture + 20.0), spot)
+    dim = describe_spots(picture_maps((0.7 * picture + 20.0).astype(np.float32)), spot)
     assert np.abs(bright - dim)[0].mean() < 0.05
 
 

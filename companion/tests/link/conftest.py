@@ -8,6 +8,7 @@ import threading
 import time
 import tty
 from collections.abc import Callable, Iterator
+from typing import cast
 
 import pytest
 from rover_protocol import framing, messages
@@ -74,7 +75,7 @@ class ScriptedFirmware:
             count = self.counts[message.name] = self.counts.get(message.name, 0) + 1
             self.received.append(message.name)
             if not self.drop(message.name, count):
-                out += self.answer(message.name, raw, now)
+                out += self.answer(message.name, cast(dict[str, int], raw), now)
         return b"" if self.mute else out
 
     def answer(self, name: str, raw: dict[str, int], now: float) -> bytes:

@@ -24,7 +24,8 @@ def on_ground(inside: float, outside: float, noise: float, tilt: float = 0.0) ->
     ground = CAMERA.ground_lookup
     far = np.hypot(ground[..., 0] - STONE[0], ground[..., 1] - STONE[1]) < 0.07
     plain = outside + np.linspace(0.0, tilt, CAMERA.width)[None, :]
-    return np.where(far, inside, plain) + np.random.default_rng(1).normal(0.0, noise, far.shape)
+    shown: np.ndarray = np.where(far, inside, plain) + np.random.default_rng(1).normal(0.0, noise, far.shape)
+    return shown
 
 
 def cell(grid: PictureGrid, x: float, y: float) -> tuple[int, int]:

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
-from rover.link.telemetry import Battery, FirmwareState, WheelMotion
+from rover.link.telemetry import Battery, FirmwareState, Telemetry, WheelMotion
 from rover.link.words import MotorState, StopCause
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission, from_document
@@ -89,7 +90,8 @@ class ImaginedPerception:
             self.grid.seen |= self.in_view(self.pose)
         return True
 
-    in_view = Perception.in_view
+    def in_view(self, pose: Pose2) -> NDArray[np.bool_]:
+        return Perception.in_view(cast(Perception, self), pose)
 
     @property
     def _footprint(self) -> np.ndarray:
@@ -124,7 +126,7 @@ class ImaginedRover:
         world = self.world
         self._drive(before)
         left, right = (round(count / STANDARD.metres_per_count) for count in self._counts)
-        telemetry = [WheelMotion(self.now, left, right), Battery(self.now, world.volts, world.volts)]
+        telemetry: list[Telemetry] = [WheelMotion(self.now, left, right), Battery(self.now, world.volts, world.volts)]
         self._sequence += 1
         frames = [Frame(PICTURE, self.now, self._sequence, world.shutter)] if world.frames else []
         firmware = None

@@ -148,7 +148,8 @@ def gaps(blocked: NDArray[np.bool_], resolution: float) -> NDArray[np.float64]:
         aside = np.maximum(np.abs(x - column - 0.5) - 0.5, 0.0)
         along = np.maximum(np.abs(y - row - 0.5) - 0.5, 0.0)
         nearest = np.minimum(nearest, np.hypot(aside, along))
-    return nearest * resolution
+    metres: NDArray[np.float64] = nearest * resolution
+    return metres
 
 
 @settings(max_examples=40, deadline=None)

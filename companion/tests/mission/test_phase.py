@@ -11,7 +11,7 @@ from rover.mission.phase import PHASES, TABLE, Event, Phase, transition
 DRIVEN = (Phase.LOOK, Phase.SEEK, Phase.DECIDE, Phase.DRIVE, Phase.INSPECT)
 
 # Every cell that means something; the test below holds all others to be empty.
-MEANT = {
+MEANT: dict[tuple[Phase, Event], Phase] = {
     (Phase.START, Event.CONNECTED): Phase.LOOK,
     (Phase.LOOK, Event.LOOKED): Phase.DECIDE,
     (Phase.DECIDE, Event.SET_OUT): Phase.DRIVE,

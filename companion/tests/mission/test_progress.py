@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from imagined_rover import CYCLE, Imagined, ImaginedRover, a_mission
 from rover.link.words import MotorState, StopCause
 from rover.mission.progress import END_AFTER_S, LOOK_AFTER_S, MAX_IDLE_DRIVES, MAX_LOOKS, Duty, Progress
 from rover.outcome import RunStatus
+
+from companion.tests.mission.imagined_rover import CYCLE, Imagined, ImaginedRover, a_mission
 
 # What may be so, each drawn anew every few seconds.
 ANYTHING = {

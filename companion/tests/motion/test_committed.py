@@ -10,10 +10,11 @@ from rover.motion import CommittedMotion, State, evaluate
 from rover.motion.following.committed import dead_reckon
 from rover.motion.merge import merge, run
 from rover.motion.profile import Axis, to_position
+from rover.motion.segment import Segment
 from rover.vehicle import Vehicle
 
 
-def turn_and_go() -> list:
+def turn_and_go() -> list[Segment]:
     vehicle = Vehicle()
     return run(merge(to_position(Axis(), 1.0, vehicle.travel), to_position(Axis(), 0.5, vehicle.heading)))
 

@@ -33,13 +33,13 @@ def both_ways(seed: int):
     free = (np.argwhere(space.free)[:, ::-1] + 0.5) * CELL
     if len(free) < 100:
         return None
-    start, goal = (tuple(map(float, free[number])) for number in rng.integers(len(free), size=2))
+    start, goal = ((float(free[number][0]), float(free[number][1])) for number in rng.integers(len(free), size=2))
     heading, final = (float(value) for value in rng.uniform(-3.0, 3.0, 2))
     found = plan(space.field(), start, [goal], robot_radius=space.radius, seed=seed)
     if not found.ok or math.dist(start, goal) < 1.0:
         return None
     path = [(float(x), float(y)) for x, y in found.path]
-    result = [len(path) - 2]
+    result: list[float] = [len(path) - 2]
     for clearance in (None, ClearanceMap.of(space.field(), space.radius)):
         follower, _, log = drive(
             path,

@@ -24,7 +24,8 @@ def squares_distance(blocked: np.ndarray, points: np.ndarray) -> np.ndarray:
     rows, columns = np.nonzero(blocked)
     low = np.stack([columns, rows], axis=1).astype(float)
     gap = np.maximum(np.maximum(low[None] - points[:, None], points[:, None] - low[None] - 1.0), 0.0)
-    return np.hypot(gap[..., 0], gap[..., 1]).min(axis=1)
+    nearest: np.ndarray = np.hypot(gap[..., 0], gap[..., 1]).min(axis=1)
+    return nearest
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 25), st.integers(1, 25), st.floats(0.01, 0.6))

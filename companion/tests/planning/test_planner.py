@@ -112,8 +112,8 @@ def test_a_budget_of_nothing_gives_the_plan_without_one() -> None:
 
 
 def test_every_algorithm_does_what_its_name_says() -> None:
-    def names(algorithm: str, **limit: float) -> set[str]:
-        result = plan(paper.field(), paper.START, paper.GOALS, algorithm=algorithm, seed=1, **limit)
+    def names(algorithm: str, budget_ms: float | None = None) -> set[str]:
+        result = plan(paper.field(), paper.START, paper.GOALS, algorithm=algorithm, seed=1, budget_ms=budget_ms)
         assert result.iterations == sum(stage.iterations for stage in result.stages)
         return {stage.name for stage in result.stages}
 

@@ -119,7 +119,7 @@ def patched(blocked: np.ndarray, rng: np.random.Generator, patches: int = 12) ->
         side = int(rng.integers(6, 17))
         row, column = rng.integers(0, 160 - side, 2)
         changed[row : row + side, column : column + side] = number % 2 == 0
-    return changed
+    return np.asarray(changed)
 
 
 def free_of_obstacles(blocked: np.ndarray, points: list[tuple[float, float]]) -> np.ndarray:
@@ -127,7 +127,7 @@ def free_of_obstacles(blocked: np.ndarray, points: list[tuple[float, float]]) ->
     for x, y in points:
         row, column = int(y / 0.05), int(x / 0.05)
         cleared[max(row - 5, 0) : row + 6, max(column - 5, 0) : column + 6] = False
-    return cleared
+    return np.asarray(cleared)
 
 
 def test_a_tour_repaired_where_patches_of_the_map_changed_is_as_short_as_one_planned_afresh():

@@ -18,7 +18,8 @@ from rover.capture.frame import Frame
 from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.link.telemetry import WheelMotion
-from rover.record.recording import Recording, to_json
+from rover.record.journal import to_json
+from rover.record.recording import Recording
 
 
 def fill(recording: Recording, seconds: int = 3) -> None:

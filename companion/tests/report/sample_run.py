@@ -74,7 +74,8 @@ def cut(layers: MapLayers, x: float, y: float, half: int = 15) -> NDArray[np.flo
     """Kelvin around a place, row 0 at the top."""
     row, column = int(y / RESOLUTION), int(x / RESOLUTION)
     piece = layers.temperature[max(0, row - half) : row + half + 1, max(0, column - half) : column + half + 1]
-    return piece[::-1].copy()
+    upright: NDArray[np.float32] = piece[::-1].copy()
+    return upright
 
 
 def make_detections(layers: MapLayers) -> tuple[DetectionResult, ...]:

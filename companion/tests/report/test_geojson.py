@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def result() -> RunResult:
     )
 
 
-def depth(coordinates: list) -> int:
+def depth(coordinates: list[Any]) -> int:
     return 0 if isinstance(coordinates[0], float) else 1 + depth(coordinates[0])
 
 

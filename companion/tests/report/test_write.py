@@ -6,6 +6,7 @@ import base64
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rover.report.result import Localization, RunResult, Safety
@@ -21,11 +22,12 @@ CONTRACT = {
 }  # fmt: skip
 
 
-def strict(path: Path) -> dict:
+def strict(path: Path) -> dict[str, Any]:
     def refuse(word: str) -> None:
         raise ValueError(f"{path.name}: {word} is no JSON")
 
-    return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+    document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
+    return document
 
 
 @pytest.fixture(scope="module")

@@ -71,7 +71,7 @@ def render(
     blur_px: float = 0.8,
     noise: float = 0.02,
     bits: int = 16,
-) -> NDArray:
+) -> NDArray[np.uint8 | np.uint16]:
     """A picture (H, W): contrast of 1 is 8 K in kelvin × 100 (16 bits) or 160 grey levels (8 bits)."""
     w, h = camera.width, camera.height
     rays = rays_of(camera)

@@ -64,8 +64,8 @@ def test_projection_agrees_with_opencv(camera: CameraModel) -> None:
     theirs, _ = cv2.projectPoints(
         points, turn, camera.extrinsic[:3, 3], plain, np.array(camera.distortion or [0.0] * 4)
     )
-    theirs = theirs.reshape(-1, 2)
-    theirs[:, 0] += camera.skew * (theirs[:, 1] - camera.cy) / camera.fy  # OpenCV's K knows no skew
+    theirs = theirs.reshape(-1, 2).astype(np.float64)
+    theirs[:, 0] = theirs[:, 0] + camera.skew * (theirs[:, 1] - camera.cy) / camera.fy  # OpenCV's K knows no skew
     np.testing.assert_allclose(camera.ground_to_pixel(ground), theirs, atol=1e-6)
 
 

@@ -73,8 +73,8 @@ def test_a_flat_picture_is_black_and_without_features() -> None:
 
 def test_the_cells_of_the_picture_take_turns_although_one_corner_is_far_stronger() -> None:
     rng = np.random.default_rng(0)
-    weak = [cv2.KeyPoint(*rng.uniform((0, 0), (160, 120)).tolist(), 7, 0, 1.0) for _ in range(300)]
-    strong = [cv2.KeyPoint(*rng.uniform((0, 0), (80, 60)).tolist(), 7, 0, 100.0) for _ in range(300)]
+    weak = [cv2.KeyPoint(x, y, 7, 0, 1.0) for x, y in rng.uniform((0, 0), (160, 120), (300, 2)).tolist()]
+    strong = [cv2.KeyPoint(x, y, 7, 0, 100.0) for x, y in rng.uniform((0, 0), (80, 60), (300, 2)).tolist()]
     chosen = spread((*weak, *strong), 160, 120, FeatureSettings(count=100))
     points = np.array([(*weak, *strong)[i].pt for i in chosen])
     inside = np.mean((points[:, 0] < 80) & (points[:, 1] < 60))

@@ -70,7 +70,7 @@ def test_restarted_on_ground_of_the_first_run_it_is_placed_within_3_frames_and_d
     folder, known, path = first_run
     scene, localizer = scene_of_run(2), restarted(folder)
     place = path.poses[int(share * len(path.poses))].compose(Pose2(0.03, -0.02, 0.1))
-    assert localizer.lost
+    assert restarted(folder).lost
     for count in range(1, 4):
         localizer.predict(0.12 * count, 0.0, 0.0)
         fix = localizer.observe(scene.frame(place, 0.12 * count, count))

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from rover.capture.picture import read_picture
 from rover.vision.registration.homography import apply_homography
 from rover.vision.registration.register import (
@@ -26,7 +27,13 @@ from companion.tests.vision.thermal_scene import texture
 
 def scene(seed: int) -> np.ndarray:
     ground = texture(np.random.default_rng(seed))[200:840, 200:1000]
-    return np.clip((ground - 299.0) * 127.0, 0, 255).astype(np.uint8)
+    picture: np.ndarray = np.clip((ground - 299.0) * 127.0, 0, 255).astype(np.uint8)
+    return picture
+
+
+def warped(picture: np.ndarray, homography: np.ndarray, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """An 8-bit picture seen through the homography, of that size (width, height)."""
+    return cv2.warpPerspective(picture, homography, size).astype(np.uint8, copy=False)
 
 
 def corner_error(found: Registration, truth: np.ndarray, shape: tuple[int, ...]) -> float:
@@ -45,7 +52,7 @@ def test_a_turned_scaled_and_tilted_picture_is_found_again() -> None:
     picture = scene(1)
     turn = np.vstack((cv2.getRotationMatrix2D((400, 320), 25.0, 0.9), [0, 0, 1]))
     truth = np.array([[1, 0, 20], [0, 1, -10], [1e-4, 5e-5, 1]]) @ turn
-    moved = cv2.warpPerspective(picture, truth, (800, 640))
+    moved = warped(picture, truth, (800, 640))
     found = register(picture, moved)
     assert found.status == "ok"
     assert corner_error(found, truth, picture.shape) < 1.0
@@ -63,7 +70,7 @@ def test_a_turned_scaled_and_tilted_picture_is_found_again() -> None:
 def test_the_papers_ways_can_be_chosen(settings: RegistrationSettings) -> None:
     picture = scene(1)
     truth = np.vstack((cv2.getRotationMatrix2D((400, 320), 25.0, 0.9), [0, 0, 1]))
-    moved = cv2.warpPerspective(picture, truth, (800, 640))
+    moved = warped(picture, truth, (800, 640))
     found = register(picture, moved, settings)
     assert corner_error(found, truth, picture.shape) < 1.0
 
@@ -75,7 +82,7 @@ def test_grass_that_moves_between_the_pictures_does_not_hide_the_ground_below() 
     sway = np.random.default_rng(2).normal(0.0, 1.0, (2, 640, 800)).astype(np.float32)
     aside = [cv2.GaussianBlur(s, (0, 0), 8.0) for s in sway]
     aside = [s / s.std() * 6.0 for s in aside]
-    moved = cv2.warpPerspective(cv2.remap(picture, x + aside[0], y + aside[1], cv2.INTER_LINEAR), truth, (800, 640))
+    moved = warped(cv2.remap(picture, x + aside[0], y + aside[1], cv2.INTER_LINEAR), truth, (800, 640))
     settings = RegistrationSettings()
     a, b = prepare(picture, settings), prepare(moved, settings)
     assert register_features(a.features, b.features, a.sharp.shape, b.sharp.shape, settings).status == "failed"

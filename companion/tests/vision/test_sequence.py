@@ -81,7 +81,7 @@ def test_adjustment_finds_the_scene_that_the_observations_came_from() -> None:
     shifts = random.normal(0, 0.2, (4, 3)) * np.arange(4)[:, None]
     points = random.uniform([-1, -1, 3], [1, 1, 5], (60, 3))
     frame, point = np.repeat(np.arange(4), 60), np.tile(np.arange(60), 4)
-    exact = Scene(turns, shifts, points, frame, point, np.zeros((240, 2)))
+    exact = Scene(turns.astype(np.float64), shifts, points, frame, point, np.zeros((240, 2)))
     exact.seen = -exact.residuals()
     blurred = np.stack([turn @ cv2.Rodrigues(random.normal(0, 0.01, 3))[0] for turn in turns])
     blurred[0] = turns[0]

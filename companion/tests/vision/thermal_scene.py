@@ -34,7 +34,8 @@ def texture(rng: np.random.Generator, rms_kelvin: float = 0.3) -> NDArray[np.flo
     for scale_m in (0.02, 0.05, 0.12, 0.4):
         coarse = rng.standard_normal((max(4, int(SIDE / scale_m)),) * 2).astype(np.float32)
         total += cv2.resize(coarse, (n, n), interpolation=cv2.INTER_CUBIC)
-    return 300.0 + (total - total.mean()) * np.float32(rms_kelvin / total.std())
+    kelvin: NDArray[np.float32] = 300.0 + (total - total.mean()) * np.float32(rms_kelvin / total.std())
+    return kelvin
 
 
 @dataclass

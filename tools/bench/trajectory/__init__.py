@@ -15,6 +15,7 @@ import argparse
 import json
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from rover.motion.path.limits import DrivingLimits
@@ -49,7 +50,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def summary(outcomes: Sequence[Outcome]) -> dict[str, object]:
+def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """The figures of one kind of path; ratios as (median, 95 %, most)."""
     driven = [each for each in outcomes if not each.refused]
     shaped = [each for each in driven if not math.isnan(each.ideal)]
@@ -71,11 +72,11 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, object]:
 def spread(values: Sequence[float]) -> tuple[float, float, float]:
     """Median, 95th percentile and the most; nan of nothing."""
     if not values:
-        return (math.nan,) * 3
+        return math.nan, math.nan, math.nan
     return float(np.median(values)), float(np.percentile(values, 95)), float(np.max(values))
 
 
-def tables(rows: dict[str, dict[str, object]], times: dict[int, dict[str, float]]) -> str:
+def tables(rows: dict[str, dict[str, Any]], times: dict[int, dict[str, float]]) -> str:
     """Markdown."""
     lines = [
         "| paths | | points | refused | limits, tolerance or clearance not kept | most beside the path "
@@ -84,7 +85,7 @@ def tables(rows: dict[str, dict[str, object]], times: dict[int, dict[str, float]
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for kind, row in rows.items():
-        low, high = row["points"]  # type: ignore[misc]
+        low, high = row["points"]
         gap = row["least_clearance_mm"]
         lines.append(
             f"| {kind} | {row['paths']} | {low} to {high} | {row['refused']} | {row['broken']} "

@@ -77,7 +77,10 @@ def integrate(segments: Sequence[Segment], x: float, y: float, heading: float) -
         if segment.rest:
             unrest = max(unrest, abs(v), abs(w))
             v = a = w = b = 0.0
-    return Motion(*(np.array(column) for column in columns), np.concatenate(positions), max(unrest, abs(v), abs(w)))
+    speed, acceleration, jerk, turn_rate, turn_acceleration, turn_jerk = (np.array(column) for column in columns)
+    track = np.concatenate(positions)
+    rest = max(unrest, abs(v), abs(w))
+    return Motion(speed, acceleration, jerk, turn_rate, turn_acceleration, turn_jerk, track, rest)
 
 
 def broken(motion: Motion, limits: DrivingLimits) -> list[str]:

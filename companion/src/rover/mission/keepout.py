@@ -27,9 +27,12 @@ MINE_RADIUS_M = 0.06
 class SuspectedPlace(Protocol):
     """What a zone needs to know of a place (`rover.detection.fusion`)."""
 
-    id: int
-    x: float
-    y: float
+    @property
+    def id(self) -> int: ...
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 from rover.geometry import Pose2, wrap_angle
-from rover.vision.localization.motion_model import MotionNoise, advance
-from rover.vision.localization.pose_filter import POSE, ROBOT, Moved, PoseFilter
+from rover.vision.localization.motion_model import ROBOT, MotionNoise, advance
+from rover.vision.localization.pose_filter import POSE, Moved, PoseFilter
 
 TRACK = 0.20
 BLUR = np.diag(np.square((0.0022, 0.0022, 0.0038)))

@@ -45,6 +45,34 @@ def test_an_8_bit_picture_without_a_scale_is_searched(capsys, tmp_path: Path) ->
         assert 0 <= y <= y + h <= 240
 
 
+def entries(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict]:
+    """The detections of one picture."""
+    return json.loads(run(capsys, *arguments, "--json")[1])[0]["detections"]
+
+
+def mine_probability(found: dict) -> float:
+    return found["p"]["surface"] + found["p"]["buried"]
+
+
+@pytest.mark.parametrize("camera", [(), ("--metres-per-pixel", "0.01")])
+def test_the_threshold_decides_what_is_a_mine(capsys, tmp_path: Path, camera: tuple[str, ...]) -> None:
+    file = tmp_path / "a.png"
+    cv2.imwrite(str(file), (30_000 + 3.0 * ground()).astype(np.uint16))
+    every = entries(capsys, file, *camera, "--all")
+    before = every
+    for threshold in (0.0, 0.05, 0.3, 0.7, 1.0):
+        mines = entries(capsys, file, *camera, "--threshold", threshold)
+        assert all(found["class"] in ("surface", "buried") for found in mines)
+        assert all(mine_probability(found) >= threshold for found in mines)
+        boxes = [found["bbox"] for found in mines]
+        assert all(box in [found["bbox"] for found in before] for box in boxes), "more are found at a lower threshold"
+        shown = entries(capsys, file, *camera, "--threshold", threshold, "--all")
+        assert [found["bbox"] for found in shown] == [found["bbox"] for found in every]
+        assert [found for found in shown if found["class"] in ("surface", "buried")] == mines
+        before = mines
+    assert len(entries(capsys, file, *camera)) < len(every)
+
+
 def test_a_16_bit_picture_without_a_scale_is_searched_too(capsys, tmp_path: Path) -> None:
     file = tmp_path / "a.png"
     cv2.imwrite(str(file), (30_000 + 3.0 * ground()).astype(np.uint16))

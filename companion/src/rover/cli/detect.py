@@ -24,9 +24,10 @@ HELP = """Find what may be a mine in thermal pictures.
 
 16 bits are kelvin × 100. Pictures of 8 bits, or of unknown scale, are searched for spots of every size; a scale only
 rules out what cannot be a mine. With a camera file the picture is laid on the ground as the rover does it.
-Boxes are [x, y, w, h] in pixels of the picture as it lies on disk, whatever its EXIF orientation says. The class is the
-most probable one; `background` is a candidate that the classifier takes for soil. A picture that cannot be used gets
-one line on stderr and an `error` in the JSON; the exit code is then 2.
+Boxes are [x, y, w, h] in pixels of the picture as it lies on disk, whatever its EXIF orientation says. What is a mine
+with at least the threshold's probability is a detection, of the likelier kind of mine; --all shows the other candidates
+too, as obstacle or background. A picture that cannot be used gets one line on stderr and an `error` in the JSON; the
+exit code is then 2.
 
 \b
 Examples:
@@ -54,9 +55,10 @@ def command(
             min=0.0,
             max=1.0,
             metavar="T",
-            help="Leave out what is a mine with less probability than this; 0 shows all. Without it the network's own.",
+            help="The least probability of a mine. Without it the network's own.",
         ),
     ] = None,
+    show_all: Annotated[bool, typer.Option("--all", help="Show also the candidates below the threshold.")] = False,
     model: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Another ONNX model than the one that ships.")
     ] = None,
@@ -74,7 +76,7 @@ def command(
     entries, faults = [], []
     for image in images:
         try:
-            entries.append(examine(image, metres_per_pixel, threshold, networks, mount))
+            entries.append(examine(image, metres_per_pixel, threshold, networks, mount, show_all))
         except BadInput as error:
             faults.append(error)
             entries.append({"image": str(image), "error": str(error), "time_ms": None, "detections": []})
@@ -95,12 +97,13 @@ def examine(
     threshold: float | None,
     networks: Networks,
     camera: CameraModel | None = None,
+    show_all: bool = False,
 ) -> dict[str, Any]:
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     import numpy as np
 
     from rover.cli.pictures import read_picture
-    from rover.detection.classifier import GROUND, MINES, PICTURES
+    from rover.detection.classifier import GROUND, PICTURES
     from rover.detection.ground import detect  # noqa: F401  fetched before the clock runs
     from rover.detection.ground.image import rectifier_of
     from rover.detection.picture import detect as picture_detect
@@ -124,19 +127,30 @@ def examine(
         found = in_grey(picture, metres_per_pixel, network)
     time_ms = (time.perf_counter() - begin) * 1e3
     least = network.threshold if threshold is None else threshold
+    size = (picture.shape[1], picture.shape[0])
+    detections = [detection(cut(corners, size), p, least) for corners, p in found]
     return {
         "image": str(file),
         "time_ms": round(time_ms, 3),
-        "detections": [
-            {
-                "bbox": cut(corners, (picture.shape[1], picture.shape[0])),
-                "class": max(p, key=lambda name: (p[name], name)),
-                "p": {name: round(value, 6) for name, value in p.items()},
-            }
-            for corners, p in found
-            if sum(p[name] for name in MINES) >= least
-        ],
+        "detections": [each for each in detections if show_all or is_mine(each["p"], least)],
     }
+
+
+def is_mine(p: dict[str, float], threshold: float) -> bool:
+    """Whether both kinds of mine together reach the threshold."""
+    from rover.detection.classifier import MINES
+
+    return sum(p[name] for name in MINES) >= threshold
+
+
+def detection(bbox: list[float], p: dict[str, float], threshold: float) -> dict[str, Any]:
+    """One candidate of the JSON: at the threshold of the likelier kind of mine, below it of the likeliest other class,
+    whichever class is the most probable of all."""
+    from rover.detection.classifier import MINES
+
+    told = {name: round(value, 6) for name, value in p.items()}
+    names = [name for name in told if (name in MINES) == is_mine(told, threshold)]
+    return {"bbox": bbox, "class": max(names, key=lambda name: (told[name], name)), "p": told}
 
 
 def load_networks(model: Path | None, scaled: bool, mounted: bool) -> Networks:

@@ -13,6 +13,7 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
+from rover.detection.evidence_settings import EvidenceSettings
 from rover.detection.ground import patch as ground_patch
 from rover.detection.picture import patch as picture_patch
 from rover.errors import BadInput
@@ -20,6 +21,8 @@ from rover.errors import BadInput
 CLASSES = ("obstacle", "surface", "buried", "background")
 MINES = ("surface", "buried")
 GROUND, PICTURES = "ground", "pictures"
+# The threshold of a file that tells none: the mission's, from which a place is reported.
+DEFAULT_THRESHOLD = EvidenceSettings.report_threshold
 # Numbers per candidate that a network of each kind takes.
 LENGTHS = {GROUND: ground_patch.LENGTH, PICTURES: picture_patch.LENGTH}
 
@@ -80,8 +83,8 @@ class Classifier:
         length = inputs[0].shape[-1] if len(inputs) == 1 and len(inputs[0].shape) == 2 else None
         if length != self.length or inputs[0].type != "tensor(float)":
             raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {self.length}; {again}")
-        # Mines of less probability than this are left out where nobody asks for another threshold.
-        self.threshold = float(metadata.get("threshold", 0.0))
+        # What is a mine with at least this probability is a detection where nobody asks for another threshold.
+        self.threshold = float(metadata.get("threshold", DEFAULT_THRESHOLD))
         self._input = inputs[0].name
         self.path = str(file)
         self._check_answers(file, again)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -45,12 +46,12 @@ def test_an_8_bit_picture_without_a_scale_is_searched(capsys, tmp_path: Path) ->
         assert 0 <= y <= y + h <= 240
 
 
-def entries(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict]:
+def entries(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[dict[str, Any]]:
     """The detections of one picture."""
     return json.loads(run(capsys, *arguments, "--json")[1])[0]["detections"]
 
 
-def mine_probability(found: dict) -> float:
+def mine_probability(found: dict[str, Any]) -> float:
     return found["p"]["surface"] + found["p"]["buried"]
 
 

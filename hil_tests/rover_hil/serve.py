@@ -13,9 +13,11 @@ from typing import Any, NoReturn
 from rover.errors import BadInput
 from rover.link.port import SLCAN_BAUD
 from rover.mission.config import Mission, load
+from rover.mission.outline import inside
 from rover.record.tum import write_tum
 from rover.vision.camera.file import load_camera
 
+from rover_hil.coverage import judge_coverage
 from rover_hil.former_world import drive_on, save_seen
 from rover_hil.ground import Ground, build
 from rover_hil.plant_config import build_plant, describe_camera
@@ -88,11 +90,14 @@ def verdict_of(
     """What the referee says of the run, ready for JSON."""
     truth = rig.truth()
     area = mission.area.width * mission.area.height
+    outline = mission.area.polygon
+    mines = [mine for mine in ground.mines if not outline or inside(outline, (mine.x, mine.y))]
     return {
         "duration_s": rig.now_us / 1e6,
         **rig.verdict(),
         **judge_zones(truth, zones),
-        **judge_mines(truth, ground.mines, detections, area),
+        **judge_mines(truth, mines, detections, area),
+        **judge_coverage(mission, ground, rig.seen()),
     }
 
 

@@ -24,6 +24,8 @@ UNITS = (
 # Characters of a wrong value that its line shows.
 MAX_SHOWN = 40
 
+OUTLINE = "a list of points [x, y]"
+
 
 class Table:
     """One table of a file, `name` as in its header; "" for the file itself.
@@ -135,6 +137,15 @@ class Table:
         values = self._list(key, f"a list of [{', '.join(names)}]", ())
         return tuple(self._row(key, f" entry {n}", row, names, low, high) for n, row in enumerate(values, start=1))
 
+    def outline(self, key: str, low: float, high: float) -> tuple[tuple[float, float], ...]:
+        """A polygon: at least three different points [x, y], its last edge leads back to the first."""
+        return self._outline(key, self._list(key, OUTLINE, None), low, high)
+
+    def outlines(self, key: str, low: float, high: float) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """A list of polygons; empty when absent."""
+        polygons = self._list(key, f"a list of polygons, each {OUTLINE}", ())
+        return tuple(self._outline(f"{key} entry {n}", points, low, high) for n, points in enumerate(polygons, start=1))
+
     def choices(self, key: str, choices: Sequence[str], default: Sequence[str] | None = None) -> tuple[str, ...]:
         """A list of words, not empty."""
         values = self._list(key, "a list of words", default)
@@ -173,6 +184,15 @@ class Table:
         if not isinstance(value, (list, tuple)):
             raise self.error(key, f"must be {what}, not {_shown(value)}")
         return list(value)
+
+    def _outline(self, key: str, points: object, low: float, high: float) -> tuple[tuple[float, float], ...]:
+        if not isinstance(points, (list, tuple)):
+            raise self.error(key, f"must be {OUTLINE}, not {_shown(points)}")
+        rows = (self._row(key, f" point {n}", point, ("x", "y"), low, high) for n, point in enumerate(points, start=1))
+        outline = tuple((x, y) for x, y in rows)
+        if len(set(outline)) < 3:
+            raise self.error(key, f"must have at least 3 different points, not {len(set(outline))}")
+        return outline
 
     def _row(
         self, key: str, entry: str, value: object, names: Sequence[str], low: float, high: float

@@ -36,7 +36,7 @@ def a_mission(width: float = 2.0, height: float = 2.0, **tables: dict[str, Any])
         "mission": {"max_duration_s": 3000.0},
     }
     for name, table in tables.items():
-        document.setdefault(name, {}).update(table)
+        document[name] = table if "polygon" in table else {**document.get(name, {}), **table}
     return from_document(document, Path("imagined.toml"))
 
 

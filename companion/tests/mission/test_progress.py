@@ -58,6 +58,7 @@ def test_a_place_that_stays_too_vague_to_map_is_looked_around_from_and_then_give
         (Imagined(speaks=False), "does not tell its state"),
         (Imagined(sigma=5.0), "does not know where it is"),
         (Imagined(wheels=False), ""),
+        (Imagined(shows=False), "are required"),
         (Imagined(state=MotorState.STOPPING), "does not let it go on"),
         (Imagined(state=MotorState.LATCHED, cause=StopCause.SONAR_GUARD), "SonarGuard"),
         (Imagined(state=MotorState.DISARMED, cause=StopCause.DISARM), "Disarm"),

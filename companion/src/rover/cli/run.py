@@ -122,7 +122,7 @@ def summary_text(result: RunResult, report: Path, mission: str) -> str:
     from rover.outcome import RunStatus
 
     goals = sum(goal.reached for goal in result.goals)
-    area = result.area_width * result.area_height
+    area = result.area_m2
     lines = [
         f"{result.mission}: {result.status}" + (f" ({result.reason})" if result.reason else ""),
         f"{result.duration:.0f} s, {result.distance:.1f} m driven, "
@@ -134,6 +134,8 @@ def summary_text(result: RunResult, report: Path, mission: str) -> str:
         + ("" if d.inspected else f", not inspected: {d.why_not}")
         for d in result.detections
     ]
+    if result.coverage is not None:
+        lines.append(f"seen: {result.coverage}; {100.0 * result.coverage.required:g} % are required")
     if result.found is not None:
         lines.append(f"mines found {result.found}")
     if result.safety.collisions is not None:

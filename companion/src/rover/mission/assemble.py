@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 from rover.link.statistics import LinkFigures
+from rover.mission.ending import short_of
 from rover.mission.freespace import disc_mask
 from rover.mission.goals import Goal, GoalState
 from rover.mission.survey import Survey
@@ -22,6 +23,7 @@ from rover.outcome import RunStatus
 from rover.record.ate import absolute_trajectory_error
 from rover.record.tum import read_tum
 from rover.report.result import (
+    Coverage,
     DetectionResult,
     Found,
     GoalKind,
@@ -57,11 +59,18 @@ def assemble(
     grid = perception.grid
     area = survey.mission.area
     start = track.start
-    shown = ~survey.coverage.unshown()
+    shown = survey.coverage.wanted & ~survey.coverage.unshown()
+    coverage = _coverage(survey, referee)
+    timeline = [TimelineEntry(at - start, text) for at, text in survey.timeline]
+    outcome = survey.outcome
+    if outcome.status is RunStatus.DONE and coverage.share < coverage.required:
+        # The rover's own map knows no more to see: only the truth tells that there is.
+        outcome = short_of(coverage.share, coverage.required)
+        timeline.append(TimelineEntry(track.duration, f"{outcome.status}: {outcome.reason} (by the truth)"))
     return RunResult(
         mission=survey.mission.name,
-        status=survey.outcome.status,
-        reason=survey.outcome.reason,
+        status=outcome.status,
+        reason=outcome.reason,
         duration=track.duration,
         distance=track.distance,
         area_width=area.width,
@@ -88,11 +97,13 @@ def assemble(
         obstacles=_obstacles(survey),
         unsurveyed=_unsurveyed(survey),
         surveyed_area=float(shown.sum()) * grid.resolution**2,
+        wanted_area=float(survey.coverage.wanted.sum()) * grid.resolution**2 if area.polygon or area.exclude else None,
+        coverage=coverage,
         safety=_safety(referee),
         found=_found(referee),
         localization=_localization(survey, track, out),
         link=asdict(figures),
-        timeline=tuple(TimelineEntry(at - start, text) for at, text in survey.timeline),
+        timeline=tuple(timeline),
         final_pose=track.final_pose,
         robot_radius=survey.vehicle.radius,
     )
@@ -156,7 +167,7 @@ def _obstacles(survey: Survey) -> tuple[ObstacleResult, ...]:
 
 
 def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
-    """Unseen ground by reason; what lies in a keep-out zone is told apart from what cannot be reached."""
+    """Unseen ground by reason, the largest first; keep-out zones are told apart from what cannot be reached."""
     grid = survey.perception.grid
     assert survey.outcome is not None
     unseen, hidden = survey.coverage.unseen(), survey.coverage.hidden()
@@ -165,7 +176,7 @@ def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
         zones |= disc_mask(grid.shape, grid.resolution, zone.x, zone.y, zone.radius)
     rest = (
         "out of view from all ground that the rover could reach"
-        if survey.outcome.status is RunStatus.DONE
+        if survey.exhausted
         else f"the mission ended before ({survey.outcome.reason})"
     )
     parts = [
@@ -174,7 +185,16 @@ def _unsurveyed(survey: Survey) -> tuple[Unsurveyed, ...]:
         (unseen & ~zones, rest),
     ]
     cell = grid.resolution**2
-    return tuple(Unsurveyed(float(mask.sum()) * cell, reason) for mask, reason in parts if mask.any())
+    found = [Unsurveyed(float(mask.sum()) * cell, reason) for mask, reason in parts if mask.any()]
+    return tuple(sorted(found, key=lambda part: -part.area))
+
+
+def _coverage(survey: Survey, referee: Mapping[str, Any] | None) -> Coverage:
+    required = survey.mission.required_coverage
+    by_truth = referee.get("coverage") if referee is not None else None
+    if by_truth is not None:
+        return Coverage(float(by_truth), required, by_truth=True)
+    return Coverage(survey.own_coverage(), required, by_truth=False)
 
 
 def _found(referee: Mapping[str, Any] | None) -> Found | None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
 from rover.link.baud import DEFAULT_BAUD
+from rover.mission.outline import STRIP_M, inside
 from rover.report.site import Georeference, Site
 from rover.toml_file import read_toml
 from rover.toml_table import Table
@@ -28,11 +29,14 @@ DEFAULT_DEPTHS_CM = (1.0, 2.0, 5.0)
 FULL_FIELD_M2 = 12.0
 FULL_FIELD_SIDE_M = 2.0
 MIN_FIELD_SIDE_M = 1.2
+MAX_SIDE_M = 100.0
+# An outline around less encloses no room for the rover.
+MIN_AREA_M2 = 0.25
 
 SECTIONS = {
-    "mission": ("name", "time_of_day", "max_duration_s", "goals"),
+    "mission": ("name", "time_of_day", "max_duration_s", "goals", "required_coverage", "return_home"),
     "site": ("name", "organisation", "operator", "origin", "bearing_deg"),
-    "area": ("width_m", "height_m", "obstacles"),
+    "area": ("width_m", "height_m", "polygon", "exclude", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
     "rover": ("vehicle", "camera", "camera_source", "cruise_speed_m_s", "baud"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
@@ -42,11 +46,16 @@ SECTIONS = {
 
 @dataclass(frozen=True)
 class Area:
-    """The rectangle to survey, in map: x in [0, width], y in [0, height]; obstacles known beforehand (x, y, r)."""
+    """What to survey, in map: all of x in [0, width], y in [0, height], or a polygon in it; metres.
+
+    obstacles: known beforehand (x, y, r). exclude: polygons that are neither surveyed nor entered.
+    """
 
     width: float
     height: float
     obstacles: tuple[tuple[float, float, float], ...]
+    polygon: tuple[tuple[float, float], ...] = ()
+    exclude: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,13 +104,15 @@ class FieldSettings:
 
 @dataclass(frozen=True)
 class Mission:
-    """A whole mission file."""
+    """A whole mission file. required_coverage: share of the ground that can be seen, from which a survey is done."""
 
     path: Path
     name: str
     time_of_day_s: float
     max_duration_s: float
     goals: tuple[tuple[float, float], ...]
+    required_coverage: float
+    return_home: bool
     site: Site
     area: Area
     launch: Launch
@@ -126,17 +137,23 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
     top = Table(file, document).only(*SECTIONS)
     tables = {name: top.table(name).only(*keys) for name, keys in SECTIONS.items()}
 
-    head, area = tables["mission"], _area(tables["area"])
+    head = tables["mission"]
     rover = _rover(tables["rover"], file)
+    area = _area(tables["area"])
+    launch = _launch(tables["launch"], rover.vehicle)
+    if area.polygon and not inside(area.polygon, (launch.pose.x, launch.pose.y)):
+        area = _with_way_in(area, launch, tables["area"])
     mission = Mission(
         path=file,
         name=head.text("name", file.stem),
         time_of_day_s=head.clock_time("time_of_day", "13:00"),
         max_duration_s=head.number("max_duration_s", 1.0, 86_400.0, 900.0),
         goals=tuple((x, y) for x, y in head.rows("goals", ("x", "y"), -1e4, 1e4)),
+        required_coverage=head.number("required_coverage", 0.0, 1.0, 0.98),
+        return_home=head.flag("return_home", True),
         site=_site(tables["site"]),
         area=area,
-        launch=_launch(tables["launch"], rover.vehicle),
+        launch=launch,
         rover=rover,
         detector=_detector(tables["detector"], file),
         field=_field(tables["field"], area),
@@ -164,11 +181,31 @@ def _site(table: Table) -> Site:
 
 
 def _area(table: Table) -> Area:
-    return Area(
-        width=table.number("width_m", 1.0, 100.0),
-        height=table.number("height_m", 1.0, 100.0),
-        obstacles=tuple((x, y, r) for x, y, r in table.rows("obstacles", ("x", "y", "radius"), -1e4, 1e4)),
-    )
+    obstacles = tuple((x, y, r) for x, y, r in table.rows("obstacles", ("x", "y", "radius"), -1e4, 1e4))
+    exclude = table.outlines("exclude", 0.0, MAX_SIDE_M)
+    if not table.has("polygon"):
+        width, height = table.number("width_m", 1.0, MAX_SIDE_M), table.number("height_m", 1.0, MAX_SIDE_M)
+        return Area(width, height, obstacles, exclude=exclude)
+    for key in ("width_m", "height_m"):
+        if table.has(key):
+            raise table.error(key, "has no meaning beside polygon, which says how large the area is")
+    polygon = table.outline("polygon", 0.0, MAX_SIDE_M)
+    if abs(_signed_area(polygon)) < MIN_AREA_M2:
+        raise table.error("polygon", f"must enclose at least {MIN_AREA_M2:g} m²")
+    return Area(max(x for x, _ in polygon), max(y for _, y in polygon), obstacles, polygon, exclude)
+
+
+def _with_way_in(area: Area, launch: Launch, table: Table) -> Area:
+    """A map that reaches over the outline and over the way in from a launch outside."""
+    aside = max(STRIP_M, launch.surveyed_radius)
+    width, height = max(area.width, launch.pose.x + aside), max(area.height, launch.pose.y + aside)
+    if max(width, height) > MAX_SIDE_M:
+        raise table.error("polygon", f"with the launch beside it is larger than {MAX_SIDE_M:g} m")
+    return replace(area, width=width, height=height)
+
+
+def _signed_area(polygon: tuple[tuple[float, float], ...]) -> float:
+    return 0.5 * sum(ax * by - bx * ay for (ax, ay), (bx, by) in zip(polygon, (*polygon[1:], polygon[0]), strict=True))
 
 
 def _launch(table: Table, vehicle: Vehicle) -> Launch:
@@ -267,12 +304,17 @@ def _check_places(mission: Mission) -> None:
                 f"{mission.path}: [launch]: the rover would stand in the obstacle at ({x:g}, {y:g}), r {r:g} m; "
                 "move the launch or correct [area] obstacles"
             )
+    if any(inside(hole, (launch.x, launch.y)) for hole in mission.area.exclude):
+        raise BadInput(f"{mission.path}: [launch] x_m, y_m: ({launch.x:g}, {launch.y:g}) lies in an excluded part")
     for number, (gx, gy) in enumerate(mission.goals, start=1):
-        if not _inside(mission.area, gx, gy, 0.0):
+        outside = mission.area.polygon and not inside(mission.area.polygon, (gx, gy))
+        if outside or not _inside(mission.area, gx, gy, 0.0):
             raise BadInput(
                 f"{mission.path}: [mission] goals entry {number}: ({gx:g}, {gy:g}) lies outside the "
-                f"{mission.area.width:g} x {mission.area.height:g} m area"
+                + ("area's polygon" if outside else f"{mission.area.width:g} x {mission.area.height:g} m area")
             )
+        if any(inside(hole, (gx, gy)) for hole in mission.area.exclude):
+            raise BadInput(f"{mission.path}: [mission] goals entry {number}: ({gx:g}, {gy:g}) lies in an excluded part")
         for x, y, r in mission.area.obstacles:
             if math.hypot(gx - x, gy - y) < r:
                 raise NoPath(

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.geometry import Pose2
 from rover.mapping.survey_grid import SurveyGrid
+from rover.mission.area_masks import wanted
 from rover.mission.config import Area, Launch
-from rover.mission.freespace import Mask, disc_mask
+from rover.mission.freespace import FreeSpace, Mask, disc_mask
+from rover.mission.targets import START_ESCAPE
+from rover.mission.visible import visible_from
 
+# More cells than these are counted in a coarser raster: the rover waits for the answer.
+MAX_VIEW_CELLS = 100_000
 # Viewpoints that should have shown a cell, after which it counts as hidden.
 MAX_LOOKS = 2
 
@@ -20,6 +30,7 @@ class Coverage:
         self._grid = grid
         self._launch = launch
         self._known = area.obstacles
+        self.wanted = wanted(area, grid.shape, grid.resolution)
         self.looks: NDArray[np.uint8] = np.zeros(grid.shape, np.uint8)
 
     def restore(self, looks: NDArray[np.uint8]) -> None:
@@ -43,7 +54,40 @@ class Coverage:
     def unshown(self) -> Mask:
         """Cells that are neither shown, nor under an obstacle, nor surveyed by the operator at the launch."""
         grid, launch = self._grid, self._launch
-        unshown: Mask = ~grid.seen & ~grid.occupied
-        for x, y, r in self._known:
-            unshown &= ~disc_mask(grid.shape, grid.resolution, x, y, r)
+        unshown: Mask = ~grid.seen & self.ground()
         return unshown & ~disc_mask(grid.shape, grid.resolution, launch.pose.x, launch.pose.y, launch.surveyed_radius)
+
+    def surveyed_share(self) -> float:
+        """Share of the area that is shown or under an obstacle, 0 to 1, whether it could be seen or not."""
+        return 1.0 - float(self.unshown().sum()) / max(int(self.wanted.sum()), 1)
+
+    def ground(self) -> Mask:
+        """Cells of the area that no obstacle covers."""
+        grid = self._grid
+        ground: Mask = self.wanted & ~grid.occupied
+        for x, y, r in self._known:
+            ground &= ~disc_mask(grid.shape, grid.resolution, x, y, r)
+        return ground
+
+    def share(self, passable: FreeSpace, starts: Iterable[Pose2], reach: float) -> float:
+        """Share shown, 0 to 1, of the ground in view of poses that could be reached: by the rover's own map.
+
+        `passable`: the free space if all unseen ground were free, so that ground is not left out for want of having
+        been seen; `starts`: where the rover can begin; `reach`: of its view, metres. Hidden ground does not count.
+        """
+        _, labels = cv2.connectedComponents(passable.free.astype(np.uint8), connectivity=8)
+        reached = np.zeros_like(passable.free)
+        rows, columns = np.nonzero(passable.free)
+        for start in starts:
+            away = np.hypot(
+                (rows + 0.5) * passable.resolution - start.y, (columns + 0.5) * passable.resolution - start.x
+            )
+            if away.size and away.min() <= START_ESCAPE:
+                nearest = int(np.argmin(away))
+                reached |= labels == labels[rows[nearest], columns[nearest]]
+        coarse = math.ceil(math.sqrt(reached.size / MAX_VIEW_CELLS))
+        there = np.s_[::coarse, ::coarse]
+        seen_from = visible_from(reached[there], passable.occluders[there], reach, coarse * passable.resolution)
+        visible = seen_from & (self.ground() & ~self.hidden())[there]
+        count = int(visible.sum())
+        return float((visible & ~self.unshown()[there]).sum()) / count if count else 1.0

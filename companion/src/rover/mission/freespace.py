@@ -1,7 +1,8 @@
 """Where the rover may be: the one place where obstacles, keep-out zones and unseen ground become forbidden ground.
 
 Invariants: a path lies only where a disc of the rover's radius plus MARGIN touches nothing blocked, where blocked means
-an obstacle (thermal, sonar or known beforehand), a keep-out zone, or ground that no frame has shown. The ground under
+an obstacle (thermal, sonar or known beforehand), a keep-out zone, ground that no frame has shown, or ground outside the
+area. The ground under
 the rover at the launch counts as shown: the operator surveyed it.
 """
 
@@ -16,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.mission.area_masks import entered
 from rover.mission.config import Area, Launch
 from rover.mission.keepout import MINE_RADIUS_M, Zone
 from rover.planning.fields import GridField
@@ -70,7 +72,7 @@ def free_space(
     solid = occupied.copy()
     for x, y, r in area.obstacles:
         solid |= disc_mask(seen.shape, resolution, x, y, r)
-    blocked = solid | ~shown
+    blocked = solid | ~shown | ~entered(area, launch, seen.shape, resolution)
     for zone in zones:
         # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
         core = max(zone.radius + ZONE_MARGIN - (radius - vehicle.wheel_reach), MINE_RADIUS_M)

@@ -18,6 +18,8 @@ class GoalState(StrEnum):
     PENDING = "pending"
     INSPECTED = "inspected"
     UNREACHABLE = "unreachable"
+    # The operator has said so.
+    SKIPPED = "skipped"
     # The ground there has proved to be plain: nothing is left to inspect.
     DISMISSED = "dismissed"
 
@@ -76,7 +78,7 @@ class Goals:
         for goal in former:
             if goal.place_id is not None:
                 anew = replace(goal, attempts=0, inspected_at=None)
-                if goal.state is GoalState.UNREACHABLE:
+                if goal.state in (GoalState.UNREACHABLE, GoalState.SKIPPED):
                     anew.state, anew.reason = GoalState.PENDING, ""
                 self._goals.append(anew)
             elif goal.state is GoalState.INSPECTED and (goal.x, goal.y) in wanted:

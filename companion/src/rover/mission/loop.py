@@ -207,7 +207,7 @@ class MissionLoop:
             goals_done=sum(goal.state is not GoalState.PENDING for goal in goals),
             goals=len(goals),
             indications=len(perception.indications),
-            surveyed=float((perception.grid.seen | perception.grid.occupied).mean()),
+            surveyed=survey.coverage.surveyed_share(),
             battery=perception.battery.voltage if perception.battery else None,
             lost_frames=figures.lost + figures.firmware_lost,
             round_trip=figures.round_trip_median,

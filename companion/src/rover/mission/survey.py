@@ -25,6 +25,7 @@ from rover.mission.caution import BOLD, CAUTIOUS, Caution
 from rover.mission.config import Mission
 from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
+from rover.mission.ending import judged, percent
 from rover.mission.freespace import FreeSpace, Mask, free_space
 from rover.mission.goals import MAX_ATTEMPTS, Goal, Goals, GoalState
 from rover.mission.perception import Perception
@@ -41,8 +42,6 @@ from rover.vehicle import Vehicle
 LOOK_TURNS = 4
 # Steps of a look around for ground that the rover knows: one whole turn.
 SEEK_TURNS = 6
-# Ground of this size or a goal that is still open is worth a look around before the mission ends for want of a way, m².
-WORTH_A_LOOK_M2 = 0.1
 # Seconds that an inspection looks: eight frames.
 INSPECTION_TIME_S = 1.0
 # Seconds of looking after each step of a seek: pictures of a turning camera fit less often than those of one at rest.
@@ -88,6 +87,8 @@ class Survey:
         self.outcome: Outcome | None = None
         self.decision: Decision | None = None
         self.decisions = 0
+        # No more is known to see or to inspect.
+        self.exhausted = False
         self.timeline: list[tuple[float, str]] = []
         self._seed = seed
         # When the present phase began, seconds.
@@ -162,11 +163,12 @@ class Survey:
             self.caution.look(self.perception.pose)
         return mapped
 
-    def _free_space(self) -> FreeSpace:
+    def _free_space(self, seen: Mask | None = None) -> FreeSpace:
+        """`seen`: ground to count as seen; what frames have shown when left out."""
         grid = self.perception.grid
         return free_space(
             grid.occupied,
-            grid.seen,
+            grid.seen if seen is None else seen,
             grid.resolution,
             self.perception.keepout.active,
             self.mission.area,
@@ -289,16 +291,22 @@ class Survey:
 
     def _decide_to_end(self, now: float) -> None:
         """There is nowhere to go: what was seen from one heading alone is no reason to end yet."""
-        pending, unseen = self.goals.pending, self._area_m2(self.coverage.unseen())
-        if not self._progress.looked and (pending or unseen > WORTH_A_LOOK_M2):
-            self._note(now, f"nowhere to go, {unseen:.2f} m² unseen and {len(pending)} goals open: it looks around")
+        pending, share = self.goals.pending, self.own_coverage()
+        if not self._progress.looked and (pending or share < self.mission.required_coverage):
+            self._note(now, f"nowhere to go, {percent(share)} seen and {len(pending)} goals open: it looks around")
             self._look_around(now)
             return
         for goal in pending:
             goal.state = GoalState.UNREACHABLE
             goal.reason = "no way to any pose that shows it over surveyed, free ground"
-        why = "every goal is inspected or unreachable, nothing is left to see"
-        self._finish(now, Outcome(RunStatus.DONE, why))
+        self.exhausted = True
+        self._finish(now, judged(share, self.mission.required_coverage, list(self.goals)))
+
+    def own_coverage(self) -> float:
+        """Share shown of the ground that could be seen, 0 to 1, by the rover's own map."""
+        reach = float(np.linalg.norm(self.perception.footprint, axis=1).max())
+        starts = (self.mission.launch.pose, self.perception.pose)
+        return self.coverage.share(self._free_space(np.ones_like(self.perception.grid.seen)), starts, reach)
 
     def _gain(self) -> int:
         """Grows with the ground that was shown or looked for in vain, and with the goals that are settled."""

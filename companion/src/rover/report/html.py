@@ -70,15 +70,18 @@ def _headline(result: RunResult) -> Html:
 
 
 def _figures(result: RunResult) -> Html:
-    area = result.area_width * result.area_height
+    area = result.area_m2
     inspected = sum(detection.inspected for detection in result.detections)
     reached = sum(goal.reached for goal in result.goals)
     sigma = result.localization.max_sigma
     truth = [] if result.found is None else [("mines found (the referee knows)", text(result.found))]
+    seen = result.coverage
+    coverage = [] if seen is None else [(f"coverage: {seen}", text(f"{100.0 * seen.required:g} % required"))]
     figures = (
         (f"indications, {inspected} of them inspected", text(len(result.detections))),
         (f"surveyed: {result.surveyed_area:.1f} of {area:.1f} m²", text(sections.share(result.surveyed_area, area))),
         ("not surveyed", text(f"{max(0.0, area - result.surveyed_area):.1f} m²")),
+        *coverage,
         ("goals reached", text(f"{reached} of {len(result.goals)}")),
         *truth,
         (f"driven in {sections.clock(result.duration)} min", text(f"{result.distance:.1f} m")),

@@ -36,7 +36,7 @@ def draw_title(canvas: Canvas, result: RunResult) -> None:
     count = len(result.detections)
     counts = (
         f"{count} indication{'' if count == 1 else 's'}, {result.surveyed_area:.1f} of "
-        f"{result.area_width * result.area_height:.1f} m2 surveyed, {result.distance:.1f} m driven"
+        f"{result.area_m2:.1f} m2 surveyed, {result.distance:.1f} m driven"
     )
     draw_text(canvas.image, counts, (canvas.left, 70), FAINT, 18)
 

@@ -86,6 +86,22 @@ class Unsurveyed:
 
 
 @dataclass(frozen=True)
+class Coverage:
+    """Share of the ground that could be seen which was seen, 0 to 1.
+
+    by_truth: by the referee of a simulated rig; otherwise by the rover's own map, which may be wrong.
+    """
+
+    share: float
+    required: float
+    by_truth: bool
+
+    def __str__(self) -> str:
+        whose = "by the truth" if self.by_truth else "by the rover's own map"
+        return f"{100.0 * self.share:.1f} % of the ground that can be seen, {whose}"
+
+
+@dataclass(frozen=True)
 class Safety:
     """What the referee of a simulated rig counted; None where nobody could count (a real field)."""
 
@@ -211,6 +227,9 @@ class RunResult:
     obstacles: tuple[ObstacleResult, ...] = ()
     unsurveyed: tuple[Unsurveyed, ...] = ()
     surveyed_area: float = 0.0
+    # Of the area to survey, m²; None: all of width by height.
+    wanted_area: float | None = None
+    coverage: Coverage | None = None
     safety: Safety = Safety()
     found: Found | None = None
     localization: Localization = Localization()
@@ -227,6 +246,11 @@ class RunResult:
     unwritten: tuple[str, ...] = ()
 
     @property
+    def area_m2(self) -> float:
+        """What was to be surveyed."""
+        return self.area_width * self.area_height if self.wanted_area is None else self.wanted_area
+
+    @property
     def exit_code(self) -> int:
         """Exit code of the command that ran the mission."""
         return self.status.exit_code
@@ -240,8 +264,12 @@ class RunResult:
             "site": self.site.document(),
             "duration_s": round(self.duration, 3),
             "distance_m": round(self.distance, 4),
-            "area_m2": round(self.area_width * self.area_height, 4),
+            "area_m2": round(self.area_m2, 4),
             "surveyed_m2": round(self.surveyed_area, 4),
+            "coverage": None if self.coverage is None else round(self.coverage.share, 4),
+            "coverage_by": None if self.coverage is None else "truth" if self.coverage.by_truth else "own map",
+            "required_coverage": None if self.coverage is None else self.coverage.required,
+            "reasons": [{"reason": u.reason, "area_m2": round(u.area, 4)} for u in self.unsurveyed],
             "unsurveyed": [{"area_m2": round(u.area, 4), "reason": u.reason} for u in self.unsurveyed],
             "detections": [detection_json(d) for d in self.detections],
             "goals": [goal_json(g) for g in self.goals],

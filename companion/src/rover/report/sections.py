@@ -86,7 +86,7 @@ def _goal(goal: GoalResult) -> tuple[Html, ...]:
 
 def not_surveyed(result: RunResult) -> Html:
     """Area and share of the ground without a survey, reason by reason, and all of it."""
-    area = result.area_width * result.area_height
+    area = result.area_m2
     missing = max(0.0, area - result.surveyed_area)
     parts = [(part.area, part.reason) for part in result.unsurveyed]
     unexplained = missing - sum(size for size, _ in parts)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rover.link.clock import WallClock
 from rover.link.opening import open_frames
-from rover.link.session import STEP, Link
+from rover.link.session import STEP_S, Link
 from rover.link.telemetry import Odometry
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.segment import Segment
@@ -44,7 +44,7 @@ def drive(port: str, segments: list[Segment]) -> Odometry:
     reached = Odometry(0.0, 0.0, 0.0, 0.0)
     while clock.now() < end + 0.5 or (link.state is not None and link.state.moving):  # a busy rig lags behind the clock
         reached = next((event for event in reversed(link.poll()) if isinstance(event, Odometry)), reached)
-        clock.advance(clock.now() + STEP)
+        clock.advance(clock.now() + STEP_S)
     link.disarm()
     return reached
 

@@ -12,12 +12,12 @@ from collections.abc import Iterator
 
 from rover.link.clock import WallClock
 from rover.link.opening import open_frames
-from rover.link.session import STEP, Link
+from rover.link.session import STEP_S, Link
 from rover.link.telemetry import Battery, SonarRange
 
 SENSORS = ("left", "centre", "right")
+# Number of the parameter, see docs/reference/protocol.md.
 DEAD_MAN = 1
-"""Number of the parameter, see docs/reference/protocol.md."""
 
 
 def ask(port: str, seconds: float = 1.0) -> Iterator[str]:
@@ -36,7 +36,7 @@ def ask(port: str, seconds: float = 1.0) -> Iterator[str]:
                 ranges[event.sensor] = event
             elif isinstance(event, Battery):
                 battery = event
-        clock.advance(clock.now() + STEP)
+        clock.advance(clock.now() + STEP_S)
     assert link.state is not None  # connect() has waited for it
     yield f"state {link.state.state}, faults: {', '.join(link.state.faults) or 'none'}"
     if battery is not None:

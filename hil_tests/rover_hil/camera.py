@@ -17,8 +17,8 @@ from rover.vision.camera.file import load_camera
 from rover_hil.ground import build
 from rover_hil.plant_config import build_plant
 
+# Steps of one millisecond between two looks for a frame.
 STEPS_PER_READ = 20
-"""Steps of one millisecond between two looks for a frame."""
 
 
 class SimulatorSource:

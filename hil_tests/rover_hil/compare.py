@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.record.tum import read_tum
 
-NEAR = 0.02
-"""Metres within which paths and places count as the same."""
+# Metres within which paths and places count as the same.
+MATCH_WITHIN_M = 0.02
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Comparison:
     @property
     def alike(self) -> bool:
         """The same end, the same detections, and paths that lie within 2 cm of each other."""
-        same = self.status[0] == self.status[1] and self.as_curves_m <= NEAR
+        same = self.status[0] == self.status[1] and self.as_curves_m <= MATCH_WITHIN_M
         return same and self.detections == (self.detections_matched,) * 2
 
 
@@ -73,7 +73,7 @@ def matched(one: list[dict[str, Any]], other: list[dict[str, Any]]) -> int:
     first: set[int] = set()
     second: set[int] = set()
     for distance, i, j in pairs:
-        if distance <= NEAR and i not in first and j not in second:
+        if distance <= MATCH_WITHIN_M and i not in first and j not in second:
             first.add(i)
             second.add(j)
     return len(first)

@@ -16,8 +16,8 @@ from rover_hil.ground import Ground
 
 CAMERA_PERIOD_US = 120_000
 CAMERA_LATENCY_US = 60_000
+# Later than any end of a mission.
 NEVER_US = 10**18
-"""Later than any end of a mission."""
 
 
 def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> dict[str, Any]:

@@ -10,8 +10,8 @@ import select
 import termios
 import tty
 
-UNREAD_LIMIT = 2048
-"""Bytes that may wait for a reader before a free-running rig throws them away, as a wire without a listener does."""
+# Bytes that may wait for a reader before a free-running rig throws them away, as a wire without a listener does.
+MAX_UNREAD_BYTES = 2048
 
 
 class PseudoTerminal:
@@ -52,7 +52,7 @@ class PseudoTerminal:
                 return
             del self._backlog[:sent]
 
-    def drop_unread(self, limit: int = UNREAD_LIMIT) -> None:
+    def drop_unread(self, limit: int = MAX_UNREAD_BYTES) -> None:
         """Throws away what waits for the companion's reading when it is more than `limit` bytes."""
         waiting = array.array("i", [0])
         fcntl.ioctl(self._slave, termios.FIONREAD, waiting)

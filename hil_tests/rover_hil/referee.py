@@ -15,22 +15,22 @@ from rover_hil.ground import Mine
 Array = NDArray[np.float64]
 
 # Wheels stand this far left and right of base_link.
-WHEEL_OFFSET = 0.5 * STANDARD.track_width
+WHEEL_OFFSET_M = 0.5 * STANDARD.track_width
 
-PATCH = (0.06, 0.025)
-"""Contact patch of a wheel: length along the rover and width across, metres; the plant uses the same."""
+# Contact patch of a wheel: length along the rover and width across, metres; the plant uses the same.
+PATCH_M = (0.06, 0.025)
 
-GRACE = 0.5
-"""Seconds that the rover has to stop once a zone is declared."""
+# Seconds that the rover has to stop once a zone is declared.
+GRACE_S = 0.5
 
-DEEPER = 0.01
-"""A wheel that was inside at the declaration may wander this much deeper while it leaves, metres."""
+# A wheel that was inside at the declaration may wander this much deeper while it leaves, metres.
+MIN_DEEPER_M = 0.01
 
-FOUND_WITHIN = 0.10
-"""A mine counts as reported when an indication lies this close, metres."""
+# A mine counts as reported when an indication lies this close, metres.
+FOUND_WITHIN_M = 0.10
 
+# Mines with at least this contrast are the ones that a thermal camera is expected to find.
 FAIR_CONTRAST_K = 0.5
-"""Mines with at least this contrast are the ones that a thermal camera is expected to find."""
 
 NOT_A_MINE = ("obstacle", "background")
 
@@ -40,16 +40,16 @@ def wheel_distance(truth: Array, x: float, y: float) -> Array:
     dx, dy = x - truth[:, 1], y - truth[:, 2]
     cosine, sine = np.cos(truth[:, 3]), np.sin(truth[:, 3])
     along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
-    ahead = np.maximum(np.abs(along) - 0.5 * PATCH[0], 0.0)
+    ahead = np.maximum(np.abs(along) - 0.5 * PATCH_M[0], 0.0)
     # Both wheels at once: the nearer one is on the point's side.
-    aside = np.maximum(np.abs(np.abs(across) - WHEEL_OFFSET) - 0.5 * PATCH[1], 0.0)
+    aside = np.maximum(np.abs(np.abs(across) - WHEEL_OFFSET_M) - 0.5 * PATCH_M[1], 0.0)
     return np.hypot(ahead, aside)
 
 
 def judge_place(truth: Array, versions: Sequence[dict[str, Any]]) -> tuple[int, bool]:
     """How often a wheel came into a zone, and whether the zone was declared under a wheel.
 
-    A stay in the zone counts once a wheel stands on ground that the zone has covered for GRACE, redrawn or not. A
+    A stay in the zone counts once a wheel stands on ground that the zone has covered for GRACE_S, redrawn or not. A
     stay that begins because the zone was drawn under a wheel does not count while the wheel goes no deeper.
     """
     times = truth[:, 0]
@@ -58,8 +58,8 @@ def judge_place(truth: Array, versions: Sequence[dict[str, Any]]) -> tuple[int, 
     distances = np.array([wheel_distance(truth, float(v["x"]), float(v["y"])) for v in versions])
     within = distances < np.array([float(version["r"]) for version in versions])[:, None]
     alive = (starts[:, None] <= times) & (times <= ends[:, None])
-    lately = (starts[:, None] <= times) & (times - GRACE <= ends[:, None])
-    ripe = (starts[:, None] < times - GRACE) & (times - GRACE <= ends[:, None])
+    lately = (starts[:, None] <= times) & (times - GRACE_S <= ends[:, None])
+    ripe = (starts[:, None] < times - GRACE_S) & (times - GRACE_S <= ends[:, None])
     covered = np.all(within | ~lately, axis=0) & np.any(ripe, axis=0)
     current = np.where(np.any(alive, axis=0), len(versions) - 1 - np.argmax(alive[::-1], axis=0), -1)
     inside = (current >= 0) & np.take_along_axis(within, np.maximum(current, 0)[None, :], axis=0)[0]
@@ -83,7 +83,7 @@ def _goes_deeper(distances: Array, current: NDArray[np.int64], first: int, last:
     """Whether a wheel comes nearer to the zone's centre than it was when that version was drawn."""
     for version in np.unique(current[first:last]).tolist():
         track = distances[version, first:last][current[first:last] == version]
-        if track.min() < track[0] - DEEPER:
+        if track.min() < track[0] - MIN_DEEPER_M:
             return True
     return False
 
@@ -123,12 +123,12 @@ def judge_mines(
             {
                 "id": mine.id,
                 "contrast_k": mine.contrast_k,
-                "found": nearest <= FOUND_WITHIN,
+                "found": nearest <= FOUND_WITHIN_M,
                 "error_m": nearest if math.isfinite(nearest) else None,
                 "driven_over": bool((wheel_distance(truth, mine.x, mine.y) < mine.radius).any()),
             }
         )
-    false = sum(all(math.hypot(x - m.x, y - m.y) > FOUND_WITHIN for m in mines) for x, y in places)
+    false = sum(all(math.hypot(x - m.x, y - m.y) > FOUND_WITHIN_M for m in mines) for x, y in places)
     fair = [row for row in rows if abs(row["contrast_k"]) >= FAIR_CONTRAST_K]
     return {
         "wheel_over_mine": sum(row["driven_over"] for row in rows),

@@ -15,11 +15,11 @@ from rover_hil.free_run.real_time import RealTime
 from rover_hil.rig import Rig
 from rover_hil.session import Finish, Session
 
+# Between two steps of a rig in real time.
 FREE_STEP_S = 0.002
-"""Between two steps of a rig in real time."""
 
+# Until a rig that nobody has connected to ends: its companion must have died while starting.
 FIRST_WAIT_S = 600.0
-"""Until a rig that nobody has connected to ends: its companion must have died while starting."""
 
 
 class Server:

@@ -12,11 +12,11 @@ from rover_hil.firmware_process import FirmwareProcess, emulator_command, sitl_c
 from rover_hil.pty import PseudoTerminal
 from rover_hil.rig import Advance, Mark, RigFailed, RigFrame
 
+# Firmware bytes are handed on at least this often, so that no buffer on the way fills up.
 CHUNK_US = 50_000
-"""Firmware bytes are handed on at least this often, so that no buffer on the way fills up."""
 
-HOST_TIMEOUT = 5.0
-"""Seconds to wait for bytes that the companion says it has written."""
+# Seconds to wait for bytes that the companion says it has written.
+HOST_TIMEOUT_S = 5.0
 
 
 class SitlRig:
@@ -72,7 +72,7 @@ class SitlRig:
         wanted = self._host_base + host_bytes - self._from_host
         if wanted < 0:
             raise RigFailed(f"host_bytes went back to {host_bytes}: it counts all bytes since hello")
-        data = self._pty.read_exactly(wanted, HOST_TIMEOUT)
+        data = self._pty.read_exactly(wanted, HOST_TIMEOUT_S)
         if len(data) < wanted:
             raise RigFailed(f"{self.port}: the companion wrote {host_bytes} bytes, {wanted - len(data)} never came")
         marks = self._run(to_us, data)

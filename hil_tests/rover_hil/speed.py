@@ -23,10 +23,10 @@ from rover_hil.serve import RIGS
 from rover_hil.testing.firmware_talk import FirmwareTalk
 from rover_hil.testing.rigs import Client, RunningRig, start_rig
 
+# As often as a keep-alive must be sent, with a margin of three to the dead-man.
 STEP_US = 100_000
-"""As often as a keep-alive must be sent, with a margin of three to the dead-man."""
-DRIVE = 1.5
-"""Seconds of driving ahead before something stands in the way."""
+# Seconds of driving ahead before something stands in the way.
+DRIVE_S = 1.5
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def measure(rig: str, seconds: float, pictures: bool = False) -> dict[str, objec
             with FirmwareTalk(running.port) as talk:
                 now_us = talk.arm_and_drive_ahead(client)
                 begin = _moment(running, now_us)
-                now_us = _pass(client, talk, now_us, DRIVE)
+                now_us = _pass(client, talk, now_us, DRIVE_S)
                 if talk.newest("State")["state"] != "Moving":
                     raise RuntimeError(f"the rover does not drive: {talk.newest('State')}")
                 driven = _moment(running, now_us)

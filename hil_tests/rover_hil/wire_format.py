@@ -8,7 +8,7 @@ import struct
 from typing import Any
 
 LENGTHS = struct.Struct("<II")
-MAX_HEADER = 16 * 1024 * 1024
+MAX_HEADER_BYTES = 16 * 1024 * 1024
 
 
 class ClientGone(Exception):
@@ -18,7 +18,7 @@ class ClientGone(Exception):
 def receive(connection: socket.socket) -> dict[str, Any]:
     """The next request. Raises ClientGone at the end of the stream, ValueError for what is no request."""
     header_length, blob_length = LENGTHS.unpack(_exactly(connection, LENGTHS.size))
-    if header_length > MAX_HEADER or blob_length > MAX_HEADER:
+    if header_length > MAX_HEADER_BYTES or blob_length > MAX_HEADER_BYTES:
         raise ValueError(f"a message of {header_length} + {blob_length} bytes is too long")
     header = _exactly(connection, header_length)
     _exactly(connection, blob_length)

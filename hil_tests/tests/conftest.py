@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 from rover.errors import PreflightFailed
+from rover_hil.firmware_process import find_binary
 from rover_hil.serve import RIGS
 from rover_hil.testing.rigs import RunningRig, start_rig
+
+from .small_mission import Run, run_small
 
 DEVICE = "device"
 
@@ -67,3 +70,20 @@ def rig(rig_name: str, tmp_path: Path) -> Iterator[Callable[..., RunningRig]]:
     yield start
     for one in running:
         one.stop()
+
+
+@pytest.fixture(scope="session")
+def small_mission(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
+    """Runs the small mission with a seed; each (seed, repetition) once for all tests, which only read its folder."""
+    try:
+        find_binary()
+    except PreflightFailed as missing:
+        pytest.skip(str(missing))
+    done: dict[tuple[int, int], Run] = {}
+
+    def once(seed: int = 1, repetition: int = 1) -> Run:
+        if (seed, repetition) not in done:
+            done[seed, repetition] = run_small(tmp_path_factory.mktemp(f"seed{seed}-{repetition}"), seed)
+        return done[seed, repetition]
+
+    return once

@@ -1,4 +1,4 @@
-"""The flashed ELF against the core on the desktop: a minute of a driven mission, the same inputs, tick by tick."""
+"""The flashed ELF against the core on the desktop: 20 s of a driven mission, the same inputs, tick by tick."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from rover_hil.firmware_process import emulator_command, sitl_command
 from rover_hil.testing.conformance import OFF_BY_ONE, Compared, Conformance, differing_messages
 from rover_hil.tick_recorder import read_ticks, write_launcher
 
-MISSION = Path(__file__).resolve().parent / "missions" / "minute.toml"
-TICKS = 60_000
+MISSION = Path(__file__).resolve().parent / "missions" / "wide.toml"
+TICKS = 20_000
 
 pytestmark = pytest.mark.rig("emulator")
 
@@ -38,13 +38,13 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Compared], 
     return list(conformance.run(ticks)), conformance
 
 
-def test_a_minute_of_a_driven_mission_gives_the_same_outputs_in_every_tick(
+def test_a_driven_mission_gives_the_same_outputs_in_every_tick(
     compared: tuple[list[Compared], Conformance],
 ) -> None:
     results, _ = compared
     assert len(results) == TICKS
     driven = sum(result.sitl.flags & 1 and result.sitl.duty != (0, 0) for result in results)
-    assert driven > 10_000, "the mission drives"
+    assert driven > 4_000, "the mission drives"
     differing = [result for result in results if result.sitl != result.board]
     assert differing == [], f"{len(differing)} ticks differ, the first: {differing[0]}"
 
@@ -55,8 +55,8 @@ def test_both_say_the_same_in_the_same_tick(compared: tuple[list[Compared], Conf
     said = Counter(message.name for message in conformance.messages[0])
     assert said["WheelTicks"] >= TICKS // 20 - 1
     assert said["MotionStatus"] >= TICKS // 50 - 1
-    assert said["Sonar"] > 1500
-    assert said["ClockReply"] > 100
+    assert said["Sonar"] > 500
+    assert said["ClockReply"] > 40
     differing = list(differing_messages(*conformance.messages))
     assert differing == [], f"{len(differing)} messages differ, the first: {differing[0]}"
     pairs = zip(*conformance.messages, strict=True)

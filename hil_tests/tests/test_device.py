@@ -214,8 +214,8 @@ def test_a_restart_is_told(bench: Bench) -> None:
     assert bench.hello()["reset_cause"] == "Software"
 
 
+# A replay in real time feeds the sensors without a gap of 25 ms; a machine that is busy may not manage at once.
 ATTEMPTS = 3
-"""A replay in real time feeds the sensors without a gap of 25 ms; a machine that is busy may not manage at once."""
 
 
 def test_a_recorded_mission_replays_on_it(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,10 +11,10 @@ from rover_hil.testing.thumb_programs import FOREVER, SRAM, STACK, constant, loa
 pytest.importorskip("rp2040py", reason="rp2040py is not installed: run 'make firmware'")
 from rp2040py.rp2040 import RP2040
 
+# `mrs r7, apsr`
 READ_STATUS = (0xF3EF, 0x8700)
-"""`mrs r7, apsr`"""
+# With a register as amount; rp2040py changes the carry when it is 0, or above 32.
 REGISTER_SHIFTS = (0x4080, 0x40C0, 0x4100, 0x41C0)
-"""With a register as amount; rp2040py changes the carry when it is 0, or above 32."""
 
 
 def random_program(generator: np.random.Generator) -> list[int]:

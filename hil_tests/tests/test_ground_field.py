@@ -16,7 +16,7 @@ from rover.geometry import Pose2
 from rover_hil.figure_file import write_figure
 from rover_hil.ground import build
 from rover_hil.ground.__main__ import main
-from rover_hil.ground.field import MARGIN, site_of
+from rover_hil.ground.field import MARGIN_M, site_of
 from rover_hil.ground.placement import Site, is_connected
 from rover_hil.ground.plot import figure
 from rover_hil.ground.soils import SOILS
@@ -58,10 +58,10 @@ def test_the_rasters_cover_the_area_and_its_margin(ground):
     assert ground.temperature.dtype == ground.height.dtype == np.float32
     assert ground.temperature.shape == ground.height.shape
     rows, columns = ground.temperature.shape
-    assert ground.origin_x <= -MARGIN
-    assert ground.origin_y <= -MARGIN
-    assert ground.origin_x + columns * ground.resolution >= 3.0 + MARGIN - 1e-9
-    assert ground.origin_y + rows * ground.resolution >= 4.0 + MARGIN - 1e-9
+    assert ground.origin_x <= -MARGIN_M
+    assert ground.origin_y <= -MARGIN_M
+    assert ground.origin_x + columns * ground.resolution >= 3.0 + MARGIN_M - 1e-9
+    assert ground.origin_y + rows * ground.resolution >= 4.0 + MARGIN_M - 1e-9
     assert np.isfinite(ground.temperature).all()
     assert np.isfinite(ground.height).all()
 
@@ -191,7 +191,7 @@ def test_the_plot_shows_the_temperatures_in_metres_with_y_up(ground):
     (shown,) = axes.images
     left, right, bottom, top = shown.get_extent()
     rows, columns = ground.temperature.shape
-    assert (left, bottom) == (-MARGIN, -MARGIN)
+    assert (left, bottom) == (-MARGIN_M, -MARGIN_M)
     assert (right - left, top - bottom) == pytest.approx((columns * ground.resolution, rows * ground.resolution))
     assert shown.origin == "lower"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x, m", "y, m")

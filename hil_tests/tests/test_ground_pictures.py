@@ -13,7 +13,7 @@ import pytest
 from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover_hil.ground import build
-from rover_hil.ground.mosaic import LARGEST_BOX_M, cuttings
+from rover_hil.ground.mosaic import MAX_BOX_M, cuttings
 from rover_hil.ground.pictures import TEXTURE_KELVIN, deviations, outside_boxes, read_index
 
 REAL = os.environ.get("ROVER_DATA", "")
@@ -150,7 +150,7 @@ def test_the_real_set_lays_a_field_of_several_zones_to_the_same_bytes():
 @needs_data
 def test_real_mines_have_plausible_sizes_and_mostly_show():
     entries = read_index(REAL)
-    for surface, low, high in ((True, 0.08, 0.35), (False, 0.08, LARGEST_BOX_M)):
+    for surface, low, high in ((True, 0.08, 0.35), (False, 0.08, MAX_BOX_M)):
         sizes = [2 * cutting.half for cutting in cuttings(entries, surface)]
         assert len(sizes) > 20
         assert low < np.median(sizes) < high

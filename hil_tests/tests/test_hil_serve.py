@@ -18,8 +18,8 @@ from rover_hil.serve import RIGS
 from rover_hil.testing.firmware_talk import FirmwareTalk
 from rover_hil.testing.served import ServedRig
 
+# Bit of the flags of State.
 EMERGENCY_INPUT = 1 << 1
-"""Bit of the flags of State."""
 
 Serve = Callable[..., ServedRig]
 

@@ -28,8 +28,8 @@ pytestmark = pytest.mark.rig("sitl")
 
 MISSION = Path(__file__).resolve().parent / "missions" / "small.toml"
 ROVER = Path(sys.executable).with_name("rover")
+# Seconds of real time within which the rover has looked around and drives.
 UNTIL_DRIVING = 90.0
-"""Seconds of real time within which the rover has looked around and drives."""
 
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]")
 MOMENT = re.compile(r"phase\s+(\w+).*?firmware\s+(\w+).*?pose\s+(-?[\d.]+), (-?[\d.]+) m", re.DOTALL)

@@ -4,77 +4,25 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from rover.errors import PreflightFailed
 from rover.record.ate import absolute_trajectory_error
 from rover.record.tum import read_tum
-from rover_hil.firmware_process import find_binary
+
+from .small_mission import Run
 
 pytestmark = pytest.mark.rig("sitl")
 
-MISSION = Path(__file__).resolve().parent / "missions" / "small.toml"
 REPEATABLE = ("mission.mcap", "trajectory.tum", "truth.tum", "detections.local.json")
 
 
-@dataclass(frozen=True)
-class Run:
-    """One mission that has ended: exit code, what it printed, its folder."""
-
-    code: int
-    printed: str
-    said: str
-    out: Path
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        document: dict[str, Any] = json.loads((self.out / "summary.json").read_text())
-        return document
-
-    @cached_property
-    def truth(self) -> dict[str, Any]:
-        document: dict[str, Any] = json.loads((self.out / "truth.json").read_text())
-        return document
-
-    @property
-    def comparable(self) -> str:
-        """summary.json without what may differ from run to run; the order of keys and every digit count."""
-        return json.dumps({key: value for key, value in self.summary.items() if key not in ("wall_clock", "out")})
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
-    """Runs the small mission with a seed; each (seed, repetition) once."""
-    try:
-        find_binary()
-    except PreflightFailed as missing:
-        pytest.skip(str(missing))
-    done: dict[tuple[int, int], Run] = {}
-
-    def once(seed: int = 1, repetition: int = 1) -> Run:
-        if (seed, repetition) not in done:
-            out = tmp_path_factory.mktemp(f"seed{seed}-{repetition}")
-            rover = str(Path(sys.executable).with_name("rover"))
-            command = [rover, "run", str(MISSION), "--rig", "sitl", "--seed", str(seed), "--out", str(out), "--json"]
-            ended = subprocess.run(command, capture_output=True, text=True, timeout=150.0)
-            done[seed, repetition] = Run(ended.returncode, ended.stdout, ended.stderr, out)
-        return done[seed, repetition]
-
-    return once
-
-
-def test_the_mission_is_done(run: Callable[..., Run]) -> None:
-    mission = run()
+def test_the_mission_is_done(small_mission: Callable[..., Run]) -> None:
+    mission = small_mission()
     assert mission.code == 0, mission.said
     assert mission.summary["status"] == "done"
     assert mission.summary["reason"]
@@ -82,8 +30,10 @@ def test_the_mission_is_done(run: Callable[..., Run]) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_it_hits_nothing_enters_no_zone_and_drives_only_on_seen_ground(run: Callable[..., Run], seed: int) -> None:
-    summary = run(seed).summary
+def test_it_hits_nothing_enters_no_zone_and_drives_only_on_seen_ground(
+    small_mission: Callable[..., Run], seed: int
+) -> None:
+    summary = small_mission(seed).summary
     assert summary["collisions"] == 0
     assert summary["keepout_violations"] == 0
     assert summary["unseen_ground_m2"] == 0.0
@@ -93,8 +43,8 @@ def test_it_hits_nothing_enters_no_zone_and_drives_only_on_seen_ground(run: Call
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_surface_mine_is_reported_within_ten_centimetres(run: Callable[..., Run], seed: int) -> None:
-    mission = run(seed)
+def test_the_surface_mine_is_reported_within_ten_centimetres(small_mission: Callable[..., Run], seed: int) -> None:
+    mission = small_mission(seed)
     (mine,) = (mine for mine in mission.truth["mines"] if mine["kind"] == "surface")
     near = [
         found
@@ -106,8 +56,8 @@ def test_the_surface_mine_is_reported_within_ten_centimetres(run: Callable[..., 
     assert near[0]["inspected"]
 
 
-def test_the_summary_adds_up(run: Callable[..., Run]) -> None:
-    summary = run().summary
+def test_the_summary_adds_up(small_mission: Callable[..., Run]) -> None:
+    summary = small_mission().summary
     assert summary["surveyed_m2"] + sum(part["area_m2"] for part in summary["unsurveyed"]) == pytest.approx(
         summary["area_m2"], abs=2e-3
     )
@@ -117,8 +67,8 @@ def test_the_summary_adds_up(run: Callable[..., Run]) -> None:
     assert all(0.0 <= found["first_seen_s"] <= summary["duration_s"] for found in summary["detections"])
 
 
-def test_the_estimated_path_is_the_real_one_within_five_centimetres(run: Callable[..., Run]) -> None:
-    mission = run()
+def test_the_estimated_path_is_the_real_one_within_five_centimetres(small_mission: Callable[..., Run]) -> None:
+    mission = small_mission()
     estimate, truth = read_tum(mission.out / "trajectory.tum"), read_tum(mission.out / "truth.tum")
     error = absolute_trajectory_error(estimate, truth)
     assert error <= 0.05
@@ -128,14 +78,14 @@ def test_the_estimated_path_is_the_real_one_within_five_centimetres(run: Callabl
     assert (np.diff(estimate[:, 0]) > 0.0).all()
 
 
-def test_what_is_printed_is_what_is_written(run: Callable[..., Run]) -> None:
-    mission = run()
+def test_what_is_printed_is_what_is_written(small_mission: Callable[..., Run]) -> None:
+    mission = small_mission()
     assert json.loads(mission.printed) == mission.summary
     assert mission.summary["out"] == str(mission.out)
 
 
-def test_the_log_holds_every_part_of_the_mission(run: Callable[..., Run]) -> None:
-    mission = run()
+def test_the_log_holds_every_part_of_the_mission(small_mission: Callable[..., Run]) -> None:
+    mission = small_mission()
     times: list[int] = []
     topics: Counter[str] = Counter()
     with (mission.out / "mission.mcap").open("rb") as file:
@@ -153,8 +103,8 @@ def test_the_log_holds_every_part_of_the_mission(run: Callable[..., Run]) -> Non
     assert (max(times) - min(times)) * 1e-9 == pytest.approx(duration, abs=1.0)
 
 
-def test_the_folder_is_complete_and_its_files_agree(run: Callable[..., Run]) -> None:
-    mission = run()
+def test_the_folder_is_complete_and_its_files_agree(small_mission: Callable[..., Run]) -> None:
+    mission = small_mission()
     assert (mission.out / "map.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     report = (mission.out / "report.html").read_text()
     assert "</html>" in report
@@ -168,15 +118,15 @@ def test_the_folder_is_complete_and_its_files_agree(run: Callable[..., Run]) -> 
     assert not Path(rig["control"]).parent.exists()
 
 
-def test_the_same_seed_gives_the_same_bytes(run: Callable[..., Run]) -> None:
-    first, second = run(), run(repetition=2)
+def test_the_same_seed_gives_the_same_bytes(small_mission: Callable[..., Run]) -> None:
+    first, second = small_mission(), small_mission(repetition=2)
     assert second.comparable == first.comparable
     different = [name for name in REPEATABLE if (first.out / name).read_bytes() != (second.out / name).read_bytes()]
     assert different == []
 
 
-def test_another_seed_is_another_field_and_another_mission(run: Callable[..., Run]) -> None:
-    first, other = run(), run(seed=2)
+def test_another_seed_is_another_field_and_another_mission(small_mission: Callable[..., Run]) -> None:
+    first, other = small_mission(), small_mission(seed=2)
     assert other.code == 0, other.said
     assert other.truth["mines"] != first.truth["mines"]
     assert other.comparable != first.comparable

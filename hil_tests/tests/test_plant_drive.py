@@ -12,12 +12,12 @@ from rover_hil.testing.plants import NO_SLIP, SAME_MOTORS, drive, make_plant
 VEHICLE = Vehicle()
 RADIUS, TRACK, COUNTS = VEHICLE.wheel_radius, VEHICLE.track_width, VEHICLE.counts_per_revolution
 EMF, RESISTANCE, COULOMB, VISCOUS = 0.5, 3.0, 0.04, 0.004
+# Of one wheel when the rover drives straight: rotor and wheel, and half the rover's mass.
 INERTIA = 8.0e-4 + 2.4 * RADIUS**2 / 2.0
-"""Of one wheel when the rover drives straight: rotor and wheel, and half the rover's mass."""
 
 PLAIN = {**NO_SLIP, **SAME_MOTORS}
+# 7.4 V whatever is drawn.
 FIRM_BATTERY = {"internal_resistance": 0.0, "base_current": 0.0, "capacity_ah": 1e6, "state_of_charge": 0.5}
-"""7.4 V whatever is drawn."""
 
 
 def steady_speed(voltage: float) -> float:

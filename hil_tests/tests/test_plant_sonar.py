@@ -11,8 +11,8 @@ from rover_plant import Plant
 
 LEFT, CENTRE, RIGHT = 0, 1, 2
 HALF_ANGLE = math.radians(15.0)
+# The centre sensor sits this far ahead of base_link.
 CENTRE_X = 0.12
-"""The centre sensor sits this far ahead of base_link."""
 
 EXACT = {"dropout": 0.0, "noise": 0.0, "noise_fraction": 0.0, "sound_speed_tolerance": 0.0}
 

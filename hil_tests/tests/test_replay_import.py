@@ -14,8 +14,8 @@ from rover.cli.main import invoke
 
 FRAMES = 12
 PERIOD = 0.12
+# A person's clock counts from anywhere.
 UNIX = 1_700_000_000.0
-"""A person's clock counts from anywhere."""
 
 
 def write_rows(file: Path, rows: list[dict[str, Any]]) -> None:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rover.link.baud import DEFAULT_BAUD
 from rover.record.tum import read_tum
 from rover_hil.testing.firmware_talk import FirmwareTalk
 from rover_hil.testing.rigs import RunningRig, rig_command
 
 Start = Callable[..., RunningRig]
-BYTES_PER_MS = 230_400 / 10 / 1000
+BYTES_PER_MS = DEFAULT_BAUD / 10 / 1000
 
 
 def test_hello_tells_the_time_and_the_camera_and_nonsense_is_answered_with_an_error(

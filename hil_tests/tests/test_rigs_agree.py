@@ -12,22 +12,22 @@ from rover.errors import PreflightFailed
 from rover_hil.compare import compare, matched
 from rover_hil.firmware_process import emulator_command, sitl_command
 
-SMALL = Path(__file__).resolve().parent / "missions" / "small.toml"
+MISSIONS = Path(__file__).resolve().parent / "missions"
 
 
+# Exit code of a mission whose time was over.
 PARTIAL = 8
-"""Exit code of a mission whose time was over."""
 
 
 @pytest.mark.rig("emulator")
 def test_a_whole_mission_over_the_serial_line_is_driven_alike_on_both_rigs(tmp_path: Path) -> None:
-    assert driven_on_both(tmp_path, SMALL, "serial") == [0, 0]
+    assert driven_on_both(tmp_path, MISSIONS / "real-time.toml", "serial") == [0, 0]
 
 
 @pytest.mark.rig("emulator")
 def test_the_beginning_of_a_mission_over_can_is_driven_alike_on_both_rigs(tmp_path: Path) -> None:
     mission = tmp_path / "beginning.toml"
-    mission.write_text(re.sub(r"max_duration_s = .*", "max_duration_s = 12.0", SMALL.read_text()))
+    mission.write_text(re.sub(r"max_duration_s = .*", "max_duration_s = 12.0", (MISSIONS / "small.toml").read_text()))
     assert driven_on_both(tmp_path, mission, "can") == [PARTIAL, PARTIAL]
 
 

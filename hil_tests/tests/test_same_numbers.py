@@ -11,8 +11,12 @@ from pathlib import Path
 import pytest
 import rover
 from rover.link.baud import DEFAULT_BAUD
+from rover.mission.config import from_document
+from rover.mission.keepout import MINE_RADIUS_M as KEPT_OFF_M
 from rover.vehicle import Vehicle
-from rover_hil.referee import PATCH
+from rover_hil.ground.placement import MINE_KEEP_OUT_M
+from rover_hil.ground.signature import MINE_RADIUS_M, SURFACE_MINE_RADII_M
+from rover_hil.referee import PATCH_M
 from rover_hil.replay.parameters import DEFINITIONS
 from rover_hil.testing.pins import pins_constant
 
@@ -79,7 +83,16 @@ def test_the_sonars_of_the_plant_are_mounted_where_the_vehicle_says() -> None:
 def test_one_contact_patch_for_both_referees() -> None:
     found = re.search(r"const PATCH: \(f64, f64\) = \(([\d.]+), ([\d.]+)\);", text("hil_tests/plant/src/referee.rs"))
     assert found
-    assert tuple(float(value) for value in found.groups()) == PATCH
+    assert tuple(float(value) for value in found.groups()) == PATCH_M
+
+
+def test_no_simulated_mine_is_larger_than_the_companion_keeps_off() -> None:
+    assert SURFACE_MINE_RADII_M[0] < MINE_RADIUS_M < SURFACE_MINE_RADII_M[1] == KEPT_OFF_M
+
+
+def test_the_field_leaves_room_around_the_zones_of_a_mission() -> None:
+    mission = from_document({"area": {"width_m": 3.0, "height_m": 3.0}, "launch": {"x_m": 1.0, "y_m": 1.0}}, Path("m"))
+    assert mission.detector.keepout_radius == MINE_KEEP_OUT_M
 
 
 def test_one_baud_rate() -> None:
@@ -96,6 +109,7 @@ def test_one_version_for_all_packages() -> None:
     for path in ("firmware/pico/Cargo.toml", "firmware/no_panic/Cargo.toml"):
         assert tomllib.loads(text(path))["package"]["version"] == rover.__version__, path
     assert tomllib.loads(text("Cargo.toml"))["workspace"]["package"]["version"] == rover.__version__
+    assert f"\nversion: {rover.__version__}\n" in text("CITATION.cff")
     node = re.search(r"VERSION = \((\d+), (\d+), (\d+)\)", text("protocol/python/examples/node.py"))
     assert node
     assert ".".join(node.groups()) == rover.__version__

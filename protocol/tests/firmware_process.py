@@ -18,10 +18,10 @@ from protocol.tests import golden
 
 BINARY = Path(os.environ.get("ROVER_SITL", golden.PROTOCOL.parent / "target" / "release" / "rover-sitl"))
 BATTERY_MV = 7400
+# Until the driver of a sonar that hears nothing says so.
 TIMEOUT_US = 25_000
-"""Until the driver of a sonar that hears nothing says so."""
+# Of a wheel at full duty.
 COUNTS_PER_MS = 3.4
-"""Of a wheel at full duty."""
 
 
 class Firmware:

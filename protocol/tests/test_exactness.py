@@ -19,8 +19,8 @@ from protocol.tests import golden
 PROFILES = 1_000
 SEED = 20_260_801
 ROOT = golden.PROTOCOL.parent
+# What ReferenceDistance can tell of travel (m) and heading (rad).
 TELEMETRY_STEP = np.array([1e-5, 1e-6])
-"""What ReferenceDistance can tell of travel (m) and heading (rad)."""
 
 
 @dataclass(frozen=True)

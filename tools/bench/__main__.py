@@ -5,8 +5,8 @@ from __future__ import annotations
 import importlib
 import sys
 
+# Modules of tools.bench with `main(arguments) -> exit code`; each is imported when it is asked for.
 BENCHES = ("detector", "missions", "planner", "protocol", "trajectory", "vision")
-"""Modules of tools.bench with `main(arguments) -> exit code`; each is imported when it is asked for."""
 
 OWN_PACKAGES = ("tools", "rover", "rover_hil", "rover_native", "rover_plant", "rover_protocol")
 

@@ -32,7 +32,7 @@ from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 from rover_hil.ground import Ground, Mine, build
 from rover_hil.plant_config import build_plant
-from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
+from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN_M
 
 from tools.train.ground.fields import Field, draw_pattern, expose
 
@@ -125,14 +125,14 @@ def suspects(driven: Driven) -> list[Place]:
 
 
 def is_found(mine: Mine, places: list[Place]) -> bool:
-    """True when one of the places lies within FOUND_WITHIN of the mine."""
-    return any(math.hypot(p.x - mine.x, p.y - mine.y) <= FOUND_WITHIN for p in places)
+    """True when one of the places lies within FOUND_WITHIN_M of the mine."""
+    return any(math.hypot(p.x - mine.x, p.y - mine.y) <= FOUND_WITHIN_M for p in places)
 
 
 def false_of(driven: Driven, places: list[Place]) -> int:
-    """Places that lie outside every mine's halo: its half-extent and FOUND_WITHIN more."""
+    """Places that lie outside every mine's halo: its half-extent and FOUND_WITHIN_M more."""
     mines = driven.ground.mines
-    return sum(all(math.hypot(p.x - m.x, p.y - m.y) > m.radius + FOUND_WITHIN for m in mines) for p in places)
+    return sum(all(math.hypot(p.x - m.x, p.y - m.y) > m.radius + FOUND_WITHIN_M for m in mines) for p in places)
 
 
 def as_markdown(runs: list[Driven]) -> str:

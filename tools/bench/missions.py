@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN
+from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN_M
 
 MINE_CLASSES = ("surface", "buried")
 
@@ -50,17 +50,17 @@ class Outcome:
 def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float) -> Outcome:
     """Compares a run's summary with what really lay in the field.
 
-    An indication is false here when it lies outside every mine's halo: its radius and FOUND_WITHIN beyond.
+    An indication is false here when it lies outside every mine's halo: its radius and FOUND_WITHIN_M beyond.
     """
     reports = [d for d in summary["detections"] if d["class"] in MINE_CLASSES]
     mines = truth["mines"]
 
     def found(mine: dict[str, Any]) -> bool:
-        return any(math.hypot(d["x"] - mine["x"], d["y"] - mine["y"]) <= FOUND_WITHIN for d in reports)
+        return any(math.hypot(d["x"] - mine["x"], d["y"] - mine["y"]) <= FOUND_WITHIN_M for d in reports)
 
     def false(report: dict[str, Any]) -> bool:
         return all(
-            math.hypot(report["x"] - mine["x"], report["y"] - mine["y"]) > mine["radius"] + FOUND_WITHIN
+            math.hypot(report["x"] - mine["x"], report["y"] - mine["y"]) > mine["radius"] + FOUND_WITHIN_M
             for mine in mines
         )
 

@@ -18,13 +18,13 @@ from tools.flash import elf
 MAGIC = (0x0A324655, 0x9E5D5157)
 MAGIC_END = 0x0AB16F30
 FAMILY_PRESENT = 0x2000
+# By chip; of the RP2350 with its ARM cores in secure mode (datasheet section 5.5.3).
 FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
-"""By chip; of the RP2350 with its ARM cores in secure mode (datasheet section 5.5.3)."""
 
 PAGE = 256
 FLASH = range(0x1000_0000, 0x1100_0000)
+# Of the RP2350, which has more of it.
 RAM = range(0x2000_0000, 0x2008_2000)
-"""Of the RP2350, which has more of it."""
 
 
 def pages(segments: list[elf.Segment]) -> dict[int, bytes]:

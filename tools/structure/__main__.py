@@ -21,20 +21,20 @@ CRATES = (
     "hil_tests/plant",
 )  # fmt: skip
 
+# By crate: groups of modules that hold the `impl` blocks of one type, see docs/reference/architecture.md.
 SPLIT_TYPES: dict[str, tuple[frozenset[str], ...]] = {
     "firmware/core": (frozenset({"crate::controller", "crate::parameter_service", "crate::test_mode"}),),
     "hil_tests/plant": (frozenset({"crate::chip::core", "crate::chip::exceptions"}),),
 }
-"""By crate: groups of modules that hold the `impl` blocks of one type, see docs/reference/architecture.md."""
 
+# Modules that are kept for what is to come; what they import counts as needed.
 STAYS = (
     "rover.planning.planner",  # the interface to planning on exact circles, for missions of scale
     "rover.motion.trajectory.checked",
 )
-"""Modules that are kept for what is to come; what they import counts as needed."""
 
+# A folder with more is worth a thought; printed with a mark.
 MANY_FILES = 15
-"""A folder with more is worth a thought; printed with a mark."""
 
 
 def tracked(*patterns: str) -> list[Path]:

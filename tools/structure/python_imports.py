@@ -6,8 +6,8 @@ import ast
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+# Folders that modules are imported from; the longest that fits a file counts.
 ROOTS = ("protocol/python", "companion/src", "hil_tests", ".")
-"""Folders that modules are imported from; the longest that fits a file counts."""
 
 PROJECT = ("rover_protocol", "rover", "rover_hil", "tools")
 

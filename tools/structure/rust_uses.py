@@ -10,8 +10,8 @@ START = re.compile(r"\b(crate|super|self)::")
 WORD = re.compile(r"\w+")
 ALIAS = re.compile(r"\s+as\s+\w+")
 COMMENT = re.compile(r"//[^\n]*")
+# Unit tests, which stand at a file's end.
 TESTS = re.compile(r"#\[cfg\(test\)\]\s*mod\s+\w+\s*\{.*", re.DOTALL)
-"""Unit tests, which stand at a file's end."""
 
 
 def modules_of(files: Iterable[Path]) -> dict[str, Path]:

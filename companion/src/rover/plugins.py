@@ -13,17 +13,17 @@ from typing import Any
 
 from rover.errors import PreflightFailed
 
+# Modules of commands, as those in `rover.cli`: `app`, or `HELP` and `command`.
 COMMANDS = "rover.commands"
-"""Modules of commands, as those in `rover.cli`: `app`, or `HELP` and `command`."""
 
+# Functions of a RigOptions and the path of a log that start a rig, see `rover.link.rig`.
 RIGS = "rover.rigs"
-"""Functions of a RigOptions and the path of a log that start a rig, see `rover.link.rig`."""
 
+# Kinds of frame sources: functions of a location, see `rover.capture.source`.
 CAMERAS = "rover.cameras"
-"""Kinds of frame sources: functions of a location, see `rover.capture.source`."""
 
+# Functions without arguments that return a line for `rover doctor`, or raise RoverError with what is wrong.
 CHECKS = "rover.checks"
-"""Functions without arguments that return a line for `rover doctor`, or raise RoverError with what is wrong."""
 
 RIG_PACKAGE = "rover-hil"
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import cast
 
 import pytest
+from rover.link.baud import DEFAULT_BAUD
 from rover_protocol import framing, messages
 
 
@@ -135,7 +136,7 @@ class MemoryWorld:
     """Virtual time, a scripted firmware and the wire between them: a transport and a clock in one."""
 
     port = "the port"
-    byte_time = 10.0 / 230_400.0
+    byte_time = 10.0 / DEFAULT_BAUD
     time_step = 0.0
     lead = 0.0
 

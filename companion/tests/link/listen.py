@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rover.link.session import STEP, Link
+from rover.link.session import STEP_S, Link
 from rover.link.telemetry import Telemetry
 
 
@@ -12,5 +12,5 @@ def listen(link: Link, seconds: float) -> list[Telemetry]:
     end = link.clock.now() + seconds
     while link.clock.now() < end:
         events.extend(link.poll())
-        link.clock.advance(link.clock.now() + STEP)
+        link.clock.advance(link.clock.now() + STEP_S)
     return events

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rover.link.baud import DEFAULT_BAUD
 from rover.link.clock_estimate import ClockEstimate
 from rover.link.unwrap import ahead, unwrap
 
@@ -24,7 +25,7 @@ def test_a_single_exchange_gives_the_offset() -> None:
 
 def test_the_wires_own_time_is_not_taken_for_delay() -> None:
     estimate = ClockEstimate()
-    up, down = 8 * 10 / 230_400, 14 * 10 / 230_400
+    up, down = 8 * 10 / DEFAULT_BAUD, 14 * 10 / DEFAULT_BAUD
     at_us = round((1.0 + up) * 1e6)
     estimate.add(1.0, 1.0 + up + down, at_us, 0, up, down)
     assert estimate.to_firmware(5.0) == pytest.approx(5_000_000, abs=2)

@@ -23,8 +23,8 @@ from .listen import listen
 PROTOCOL = Path(__file__).resolve().parents[3] / "protocol" / "python"
 EXAMPLES = PROTOCOL / "examples"
 INTERPRETER = PROTOCOL.parent / "tests" / "micropython" / "node_modules"
+# Of a wall at 1.000 m.
 ECHO_US = 5831
-"""Of a wall at 1.000 m."""
 
 
 class NodeBoard:

@@ -20,7 +20,8 @@ WIDTH, HEIGHT = 3.0, 4.0
 START = (2.0, 0.5)
 GOALS = [(2.0, 2.5), (1.2, 3.5)]
 RADIUS = 0.15
-OPTIMUM = 3.580  # visibility graph over 48-sided circles
+# Visibility graph over 48-sided circles.
+OPTIMUM = 3.580
 
 
 def field() -> CircleField:

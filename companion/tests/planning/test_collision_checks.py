@@ -11,7 +11,8 @@ from rover.planning import CircleField, GridField
 from companion.tests.planning.slow_reference import segment_clear
 
 SIZE = 6.0
-CIRCLES = 200  # far beyond the number up to which each circle is looked at
+# Far beyond the number up to which each circle is looked at.
+CIRCLES = 200
 
 
 def circles(seed: int) -> np.ndarray:

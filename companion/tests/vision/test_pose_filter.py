@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 from rover.geometry import Pose2, wrap_angle
+from rover.vehicle import STANDARD
 from rover.vision.localization.motion_model import ROBOT, MotionNoise, advance
 from rover.vision.localization.pose_filter import POSE, Moved, PoseFilter
 
-TRACK = 0.20
 BLUR = np.diag(np.square((0.0022, 0.0022, 0.0038)))
 FIX_NOISE = np.diag(np.square((0.002, 0.002, 0.003)))
 
@@ -21,7 +21,7 @@ def begun() -> PoseFilter:
 
 
 def roll(estimate: PoseFilter, left: float, right: float) -> None:
-    estimate.propagate(*advance(estimate.mean[:ROBOT], left, right, TRACK, MotionNoise()))
+    estimate.propagate(*advance(estimate.mean[:ROBOT], left, right, STANDARD.track_width, MotionNoise()))
 
 
 def wandering(seed: int) -> PoseFilter:
@@ -76,7 +76,7 @@ def test_after_more_wheel_travel_it_is_as_if_the_filter_itself_had_moved(seed: i
     moved = Moved(estimate.mean[:ROBOT].copy(), np.eye(ROBOT), np.zeros((ROBOT, ROBOT)))
     later = copy.deepcopy(estimate)
     for left, right in rng.uniform(-0.02, 0.05, (6, 2)).tolist():
-        moved = moved.then(*advance(moved.robot, left, right, TRACK, MotionNoise()))
+        moved = moved.then(*advance(moved.robot, left, right, STANDARD.track_width, MotionNoise()))
         roll(later, left, right)
     for index in range(estimate.keyframes):
         np.testing.assert_allclose(

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.capture import Frame
 from rover.geometry import Pose2
+from rover.vehicle import STANDARD
 from rover.vision.camera.model import CameraModel
 
-TRACK = 0.20
-COUNT_M = 2.0 * math.pi * 0.0325 / 1560.0
 STEP = 0.02
 FRAME_STEPS = 6
 RASTER = 0.005
@@ -142,12 +141,12 @@ def with_wheels(rng: np.random.Generator, poses: list[Pose2], slip: float) -> Dr
     for a, b in itertools.pairwise(poses):
         step = b.relative_to(a)
         turn = step.heading
-        true = np.array([step.x - turn * TRACK / 2.0, step.x + turn * TRACK / 2.0])
+        true = np.array([step.x - turn * STANDARD.track_width / 2.0, step.x + turn * STANDARD.track_width / 2.0])
         # Ornstein-Uhlenbeck over distance: forgotten after about 0.5 m.
         share = np.minimum(1.0, np.abs(true) / 0.5)
         wander += -share * wander + np.sqrt(2.0 * share) * (slip / 3.0) * rng.standard_normal(2)
         exact += true * (1.0 + constant + wander)
-        new = np.floor(exact / COUNT_M) * COUNT_M
+        new = np.floor(exact / STANDARD.metres_per_count) * STANDARD.metres_per_count
         left.append(float(new[0] - counted[0]))
         right.append(float(new[1] - counted[1]))
         counted = new

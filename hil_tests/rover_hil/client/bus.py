@@ -16,7 +16,7 @@ from rover.errors import LinkLost, PreflightFailed
 from rover.link.can_bus import (
     BUS_ERRORS,
     GARBLED,
-    SEND_TIMEOUT,
+    SEND_TIMEOUT_S,
     bus_bytes,
     bus_time,
     message_of,
@@ -29,12 +29,12 @@ from rover.link.port import CAN_BITRATE, SLCAN_BAUD, CanPort
 
 from rover_hil.rig import Mark
 
-LINE_BYTES = 6
-"""Characters of a frame's line around its payload: kind, three of the identifier, length, carriage return."""
+# Characters of a frame's line around its payload: kind, three of the identifier, length, carriage return.
+MIN_LINE_BYTES = 6
 
-RELEASE_LEAD = 50e-6
-"""Seconds by which the rigs' adapter sends before the end of a step, less the time until the firmware has the frame
-(firmware/sitl/src/can_adapter.rs)."""
+# Seconds by which the rigs' adapter sends before the end of a step, less the time until the firmware has the frame
+# (firmware/sitl/src/can_adapter.rs).
+RELEASE_LEAD_S = 50e-6
 
 
 class LockstepSlcan(slcanBus):
@@ -118,9 +118,9 @@ class LockstepBus(FrameTransport):
 
         The rig's firmware stamps a frame by its last bit, between the steps.
         """
-        line = (LINE_BYTES + 2 * request) * 10.0 / SLCAN_BAUD
+        line = (MIN_LINE_BYTES + 2 * request) * 10.0 / SLCAN_BAUD
         up, down = (math.ceil(seconds / self.time_step) * self.time_step for seconds in (line, bus_time(reply)))
-        return up - RELEASE_LEAD + bus_time(request), down
+        return up - RELEASE_LEAD_S + bus_time(request), down
 
     def announce(self, marks: list[Mark]) -> None:
         """Takes the rig's marks (virtual time in µs, bytes sent so far in all)."""
@@ -129,7 +129,7 @@ class LockstepBus(FrameTransport):
     def send(self, identifier: int, payload: bytes) -> None:
         """Sends one frame; raises `LinkLost`."""
         try:
-            self._bus.send(message_of(identifier, payload), timeout=SEND_TIMEOUT)
+            self._bus.send(message_of(identifier, payload), timeout=SEND_TIMEOUT_S)
         except (*BUS_ERRORS, TypeError) as error:
             raise LinkLost(f"link lost: {self.port}: {one_line(error)}") from error
 

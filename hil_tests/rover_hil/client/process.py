@@ -23,11 +23,11 @@ from rover.link.rig import RigOptions, RigStep
 
 from rover_hil.client.rig import LockstepRig
 
+# For the rig to lay its field and open its port: the heat model of a large field takes its time.
 START_TIMEOUT_S = 120.0
-"""For the rig to lay its field and open its port: the heat model of a large field takes its time."""
 
+# For a rig that has announced nothing to end.
 EXIT_TIMEOUT_S = 2.0
-"""For a rig that has announced nothing to end."""
 
 
 def start(options: RigOptions, log: Path) -> RigProcess:

@@ -21,7 +21,7 @@ Examples:
   rover run field.toml --resume runs/recovered
 """
 # Seconds of the recording between two lines of progress.
-LINE_PERIOD = 30.0
+LINE_PERIOD_S = 30.0
 
 
 def command(
@@ -41,12 +41,12 @@ def command(
     if log_of(run).parent.resolve() == out.resolve():
         raise BadInput(f"--out {out}: the run to recover is there; name another folder")
     check_free(out, force)
-    due = LINE_PERIOD
+    due = LINE_PERIOD_S
 
     def tell(now: float) -> None:
         nonlocal due
         if now >= due and not quiet:
-            due = now + LINE_PERIOD
+            due = now + LINE_PERIOD_S
             say(f"{now:.0f} s")
 
     result = recover(run, out, force, tell)

@@ -41,8 +41,8 @@ Examples:
   rover replay --import my-recording/ --out my-recording.mcap
 """
 DIFFERS = 6
-LINE_PERIOD = 10.0
-"""Seconds of the recording between two lines of progress."""
+# Seconds of the recording between two lines of progress.
+LINE_PERIOD_S = 10.0
 
 
 def command(
@@ -182,12 +182,12 @@ def _parse_override(text: str) -> tuple[str, Any]:
 
 
 def _progress(quiet: bool) -> Any:
-    due = LINE_PERIOD
+    due = LINE_PERIOD_S
 
     def tell(at: float) -> None:
         nonlocal due
         if at >= due and not quiet:
-            due = at - at % LINE_PERIOD + LINE_PERIOD
+            due = at - at % LINE_PERIOD_S + LINE_PERIOD_S
             say(f"{at:.0f} s")
 
     return tell

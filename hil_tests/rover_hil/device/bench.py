@@ -18,18 +18,18 @@ SESSION = 0x5E55
 TEST_KEY = 0x5445
 TEST_MODE_FLAG = 1 << 4
 BEGIN, REST = 1, 2
-KEEP_ALIVE_PERIOD = 0.02
-WHEELS_PERIOD = 0.01
-SENSORS_PERIOD = 0.05
+KEEP_ALIVE_PERIOD_S = 0.02
+WHEELS_PERIOD_S = 0.01
+SENSORS_PERIOD_S = 0.05
 REFERENCE_PERIOD_MS = 10
-MOST_COUNTS = 12
-"""In one report of the wheels: two may come within one millisecond, and more than 32 counts there are a jump."""
+# In one report of the wheels: two may come within one millisecond, and more than 32 counts there are a jump.
+MAX_COUNTS = 12
 
 NO_SONAR = 255
 START_LEAD_US = 400_000
 RAMP_US, RAMP_JERK = 500_000, 320_000
 """µs and µm/s³: two of them lead from rest to 0.08 m/s."""
-SPEED = 0.08
+SPEED_M_S = 0.08
 
 
 class Bench:
@@ -108,7 +108,7 @@ class Bench:
             flags = BEGIN * (ahead == 0) | REST * (ahead == len(parts) - 1)
             self.talk.send("SegmentTravel", index=index, duration=duration, jerk_travel=jerk)
             self.talk.send("SegmentHeading", index=index, jerk_heading=0, flags=flags)
-        return SPEED * (cruise_s + 2e-6 * RAMP_US)
+        return SPEED_M_S * (cruise_s + 2e-6 * RAMP_US)
 
     def clock(self) -> int:
         """The firmware's clock, µs."""
@@ -123,14 +123,14 @@ class Bench:
 
     def _work(self) -> None:
         now = time.monotonic()
-        if self.alive and self._is_due("alive", now, KEEP_ALIVE_PERIOD):
+        if self.alive and self._is_due("alive", now, KEEP_ALIVE_PERIOD_S):
             self._counter = (self._counter + 1) & 255
             self.talk.send("KeepAlive", counter=self._counter)
         if not self.injecting:
             return
-        if self._is_due("wheels", now, WHEELS_PERIOD):
+        if self._is_due("wheels", now, WHEELS_PERIOD_S):
             self._follow()
-        if self._is_due("sensors", now, SENSORS_PERIOD):
+        if self._is_due("sensors", now, SENSORS_PERIOD_S):
             self._sense()
 
     def _is_due(self, what: str, now: float, period: float) -> bool:
@@ -152,7 +152,7 @@ class Bench:
         while True:
             for wheel in (0, 1):
                 step = wanted[wheel] - self._counts[wheel]
-                self._counts[wheel] += max(-MOST_COUNTS, min(MOST_COUNTS, step))
+                self._counts[wheel] += max(-MAX_COUNTS, min(MAX_COUNTS, step))
             self.talk.send("InjectWheels", left=self._counts[0], right=self._counts[1])
             if self._counts == wanted:
                 return

@@ -15,7 +15,7 @@ from rover_protocol import framing, messages
 
 from rover_hil.named_values import named_values
 
-POLL = 0.002
+POLL_S = 0.002
 
 
 class DeviceTalk:
@@ -87,4 +87,4 @@ class DeviceTalk:
     def _turn(self) -> None:
         self.receive()
         self.work()
-        time.sleep(POLL)
+        time.sleep(POLL_S)

@@ -7,5 +7,5 @@ controller (2.4), the SIO's divider (2.3.1.5) and the timer (4.6).
 
 import signal
 
+# Sent to the process it hangs the firmware's control loop, from the next millisecond on.
 HANG_SIGNAL = signal.SIGUSR1
-"""Sent to the process it hangs the firmware's control loop, from the next millisecond on."""

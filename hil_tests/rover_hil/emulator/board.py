@@ -10,17 +10,17 @@ from rover_hil.emulator.quadrature import edges
 from rover_hil.emulator.tick_pipe import Request
 
 TICK_CYCLES = 1000 * CYCLES_PER_US
+# The board's millisecond begins and ends so long after a tick of its control loop: by then the tick's outputs are out,
+# and what has happened in the world's millisecond comes in time for the next one.
 PHASE_US = 806
-"""The board's millisecond begins and ends so long after a tick of its control loop: by then the tick's outputs are
-out, and what has happened in the world's millisecond comes in time for the next one."""
+# In which the encoders turn by what they have turned in a millisecond, well before the tick.
 EDGES_US = 150
-"""In which the encoders turn by what they have turned in a millisecond, well before the tick."""
 BURST_US, LATE_BURST_US = 650, 350
 """From the trigger until the echo pin of an HC-SR04 rises, and what it may take longer, as in the plant."""
 BEFORE_TICK_US, AFTER_TICK_US = 40, 300
 """An echo that ended so near to a tick would be heard in this one or in the next, as it happens."""
+# How long the echo pin stays high when nothing comes back.
 SILENCE_US = 38_000
-"""How long the echo pin stays high when nothing comes back."""
 
 
 def burst_us(echo_us: int) -> int:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-CYCLES_PER_SECOND = 125_000_000
+CLOCK_HZ = 125_000_000
 CRC_POLYNOMIAL = 0x4599
+# CRC delimiter, acknowledge with its delimiter, end of frame, and the three bits until the next may begin.
 TAIL_BITS = 1 + 2 + 7 + 3
-"""CRC delimiter, acknowledge with its delimiter, end of frame, and the three bits until the next may begin."""
 ERROR_FRAME_BITS = 6 + 8 + 3
 RATE_TOLERANCE = 0.01
 
@@ -103,7 +103,7 @@ class CanBus:
 
     def __init__(self, clock: Any, bit_rate: float = 500_000) -> None:
         self._clock = clock
-        self._bit_cycles = CYCLES_PER_SECOND / bit_rate
+        self._bit_cycles = CLOCK_HZ / bit_rate
         self._bit_rate = bit_rate
         self._nodes: list[Node] = []
         self._passing: tuple[Node, Frame] | None = None

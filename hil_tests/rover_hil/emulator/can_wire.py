@@ -10,12 +10,12 @@ from rover_hil.emulator.mcp2515 import Mcp2515
 from rover_hil.emulator.paced_adapter import PacedAdapter
 
 BITS_PER_BYTE = 8
+# From the beginning of the board's millisecond until the host's frames go on the bus: 60 µs before the tick, so that
+# none of them is through before it (the shortest takes 94 µs), and all are long before the next.
 RELEASE_US = 134
-"""From the beginning of the board's millisecond until the host's frames go on the bus: 60 µs before the tick, so that
-none of them is through before it (the shortest takes 94 µs), and all are long before the next."""
+# 130 µs after the tick: what it says is not through by then (60 µs until it is in the controller, 94 µs on the bus),
+# and what the tick before has said is.
 HEARD_US = 324
-"""130 µs after the tick: what it says is not through by then (60 µs until it is in the controller, 94 µs on the bus),
-and what the tick before has said is."""
 
 
 def fit_controller(chip: Chip) -> CanBus:

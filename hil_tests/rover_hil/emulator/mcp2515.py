@@ -8,10 +8,10 @@ from typing import Any
 from rover_hil.emulator import mcp2515_registers as regs
 from rover_hil.emulator.can_bus import CanBus, Frame
 
-OSCILLATOR = 16_000_000
+OSCILLATOR_HZ = 16_000_000
 PASSIVE_AT, OFF_AT, WARNING_AT = 128, 256, 96
+# Recessive bits after which a controller that was off the bus is back (section 6.6).
 RECOVERY_BITS = 128 * 11
-"""Recessive bits after which a controller that was off the bus is back (section 6.6)."""
 RESET, READ, WRITE, MODIFY, READ_STATUS, RX_STATUS = 0xC0, 0x03, 0x02, 0x05, 0xA0, 0xB0
 READ_RX = {0x90: 0x61, 0x92: 0x66, 0x94: 0x71, 0x96: 0x76}
 LOAD_TX = {0x40: 0x31, 0x41: 0x36, 0x42: 0x41, 0x43: 0x46, 0x44: 0x51, 0x45: 0x56}
@@ -20,7 +20,7 @@ LOAD_TX = {0x40: 0x31, 0x41: 0x36, 0x42: 0x41, 0x43: 0x46, 0x44: 0x51, 0x45: 0x5
 class Mcp2515:
     """One chip: `select` and `exchange` are its SPI pins, `on_interrupt(asserted)` its INT pin."""
 
-    def __init__(self, clock: Any, bus: CanBus, oscillator: int = OSCILLATOR) -> None:
+    def __init__(self, clock: Any, bus: CanBus, oscillator: int = OSCILLATOR_HZ) -> None:
         self._bus = bus
         self._oscillator = oscillator
         self._recovery = clock.create_alarm(self._recover)

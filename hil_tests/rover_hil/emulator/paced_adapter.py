@@ -10,12 +10,12 @@ from collections import deque
 from typing import Any
 
 from rover_hil.emulator.can_bus import CanBus, Frame
-from rover_hil.emulator.slcan import REFUSED, WAITING, SlcanAdapter, parse_frame
+from rover_hil.emulator.slcan import MAX_WAITING, REFUSED, SlcanAdapter, parse_frame
 
+# The firmware sends as many (firmware/pico/src/can.rs): with four of them the bus is full.
 FRAMES_PER_TICK = 2
-"""The firmware sends as many (firmware/pico/src/can.rs): with four of them the bus is full."""
+# From the opening until the adapter sends: a board that was switched on with it listens by then, after 1.8 ms.
 OPENING_TICKS = 3
-"""From the opening until the adapter sends: a board that was switched on with it listens by then, after 1.8 ms."""
 
 
 class PacedAdapter(SlcanAdapter):
@@ -64,7 +64,7 @@ class PacedAdapter(SlcanAdapter):
 
     def _transmit(self, line: bytes) -> bytes:
         frame = parse_frame(line)
-        if frame is None or not self._open or len(self._held) >= WAITING:
+        if frame is None or not self._open or len(self._held) >= MAX_WAITING:
             return REFUSED
         self._held.append(frame)
         return b""

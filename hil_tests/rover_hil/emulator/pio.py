@@ -7,12 +7,12 @@ from rover_plant import Clock
 from rp2040py.peripherals.peripheral import ATOMIC_NORMAL
 from rp2040py.peripherals.pio import RPPIO
 
+# rp2040py counts the time of its state machines in 256ths of a cycle.
 SUBCYCLES = 256
-"""rp2040py counts the time of its state machines in 256ths of a cycle."""
-LONGEST_LOOP = 64
-"""Steps within which a program must come back to where it was for its loops to be skipped."""
+# Steps within which a program must come back to where it was for its loops to be skipped.
+MAX_LOOP = 64
+# Loops after a change of an input in which the program sees it and goes back to waiting.
 SETTLING = 2
-"""Loops after a change of an input in which the program sees it and goes back to waiting."""
 
 
 class LazyPio:
@@ -44,7 +44,7 @@ class LazyPio:
                 self._skip((end - block.cycle_fp) // self._loop * self._loop)
             else:
                 self._loop = 0
-        elif not self._loop and missing * SUBCYCLES > LONGEST_LOOP * SUBCYCLES:
+        elif not self._loop and missing * SUBCYCLES > MAX_LOOP * SUBCYCLES:
             self._find_loop(end)
         self._run(end)
 
@@ -61,7 +61,7 @@ class LazyPio:
         block = self._block
         self._run(min(end, block.next_due_fp))
         begin, state = block.cycle_fp, self._state()
-        for _ in range(LONGEST_LOOP):
+        for _ in range(MAX_LOOP):
             if block.next_due_fp > end:
                 return
             self._run(block.next_due_fp)

@@ -24,13 +24,13 @@ FRAMING, PARITY, BREAK, OVERRUN = 1 << 8, 1 << 9, 1 << 10, 1 << 11
 FR_BUSY, FR_RX_EMPTY, FR_TX_FULL, FR_RX_FULL, FR_TX_EMPTY = 1 << 3, 1 << 4, 1 << 5, 1 << 6, 1 << 7
 UART_ENABLE, TX_ENABLE, RX_ENABLE = 1 << 0, 1 << 8, 1 << 9
 FIFO_ENABLE = 1 << 4
-DEPTH = 32
+FIFO_BYTES = 32
+# Bytes in the FIFO at an eighth, a quarter, a half, three quarters and seven eighths.
 TRIGGER_LEVELS = (4, 8, 16, 24, 28)
-"""Bytes in the FIFO at an eighth, a quarter, a half, three quarters and seven eighths."""
 TIMEOUT_BITS = 32
+# Where the stop bit of ten is sampled in a neighbouring bit.
 BAUD_TOLERANCE = 0.04
-"""Where the stop bit of ten is sampled in a neighbouring bit."""
-PERIPHERAL_CLOCK = 125_000_000
+PERIPHERAL_CLOCK_HZ = 125_000_000
 
 
 class Pl011(BasePeripheral):
@@ -66,7 +66,7 @@ class Pl011(BasePeripheral):
     def baud(self) -> float:
         """Bits per second that the divisors give (4.2.7.1); 0 before they are set."""
         divisor = self._ibrd + self._fbrd / 64
-        return PERIPHERAL_CLOCK / (16 * divisor) if divisor else 0.0
+        return PERIPHERAL_CLOCK_HZ / (16 * divisor) if divisor else 0.0
 
     @property
     def bit_cycles(self) -> float:
@@ -91,7 +91,7 @@ class Pl011(BasePeripheral):
             errors |= FRAMING
         if errors:
             self._raise((errors >> 1) & 0x380)
-        depth = DEPTH if self._lcr & FIFO_ENABLE else 1
+        depth = FIFO_BYTES if self._lcr & FIFO_ENABLE else 1
         if len(self._rx) >= depth:
             # The character in the shift register is lost; the next one that is read says so.
             self._overrun = OVERRUN
@@ -141,7 +141,7 @@ class Pl011(BasePeripheral):
         if self._shifting is None:
             self._shift_end = self._clock.cycles
             self._shift(byte)
-        elif len(self._tx) < (DEPTH if self._lcr & FIFO_ENABLE else 1):
+        elif len(self._tx) < (FIFO_BYTES if self._lcr & FIFO_ENABLE else 1):
             self._tx.append(byte)
             if len(self._tx) > self._tx_level:
                 self._lower(TX_INTERRUPT)
@@ -217,7 +217,7 @@ class Pl011(BasePeripheral):
             self._dma = value & 7
 
     def _flags(self) -> int:
-        depth = DEPTH if self._lcr & FIFO_ENABLE else 1
+        depth = FIFO_BYTES if self._lcr & FIFO_ENABLE else 1
         return (
             (FR_BUSY if self._shifting is not None else 0)
             | (0 if self._rx else FR_RX_EMPTY)

@@ -17,8 +17,8 @@ from rover_hil.emulator.elf import flash_segments
 from rover_hil.emulator.tick_pipe import Reply, Request
 from rover_hil.emulator.wire import SerialWire
 
+# TIMER_IRQ_1, whose alarm is the control loop's tick (firmware/pico/src/tick.rs).
 CONTROL_INTERRUPT = 1
-"""TIMER_IRQ_1, whose alarm is the control loop's tick (firmware/pico/src/tick.rs)."""
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+# Levels of A and B over count modulo 4.
 LEVELS = ((False, False), (True, False), (True, True), (False, True))
-"""Levels of A and B over count modulo 4."""
 
 
 def edges(count: int, target: int, start: int, end: int) -> Iterator[tuple[int, bool, bool]]:

@@ -10,9 +10,9 @@ from collections import deque
 from rover_hil.emulator.can_bus import CanBus, Frame
 
 END, REFUSED = 0x0D, b"\x07"
-LONGEST = 26
-WAITING = 64
-"""Frames that the adapter keeps for the bus."""
+MAX_LINE_BYTES = 26
+# Frames that the adapter keeps for the bus.
+MAX_WAITING = 64
 BIT_RATES = (10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 
 
@@ -63,7 +63,7 @@ class SlcanAdapter:
                 self._line.append(byte)
                 continue
             line, self._line = bytes(self._line), bytearray()
-            self.answers += self._execute(line) if len(line) <= LONGEST else REFUSED
+            self.answers += self._execute(line) if len(line) <= MAX_LINE_BYTES else REFUSED
 
     def _execute(self, line: bytes) -> bytes:
         match line[:1]:
@@ -93,7 +93,7 @@ class SlcanAdapter:
 
     def _transmit(self, line: bytes) -> bytes:
         frame = parse_frame(line)
-        if frame is None or not self._open or len(self._waiting) >= WAITING:
+        if frame is None or not self._open or len(self._waiting) >= MAX_WAITING:
             return REFUSED
         self._waiting.append(frame)
         self._bus.request()

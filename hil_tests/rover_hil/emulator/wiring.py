@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+# Pins A and B, left and right.
 ENCODERS = ((2, 3), (4, 5))
-"""Pins A and B, left and right."""
+# Pins IN1 and IN2 of the bridge, left and right.
 MOTORS = ((6, 7), (8, 9))
-"""Pins IN1 and IN2 of the bridge, left and right."""
 STANDBY = 12
+# Pins of trigger and echo: left, centre, right.
 SONARS = ((13, 20), (14, 21), (15, 27))
-"""Pins of trigger and echo: left, centre, right."""
 BUZZER, LED = 22, 25
+# High when pressed: a normally closed switch to ground.
 EMERGENCY_STOP = 28
-"""High when pressed: a normally closed switch to ground."""
+# ADC channel of GP26.
 BATTERY_CHANNEL = 0
-"""ADC channel of GP26."""
 BATTERY_DIVIDER = 3.0
 ADC_REFERENCE_MV = 3300.0
 ADC_STEPS = 4096
@@ -23,5 +23,5 @@ only document where they are."""
 CAN_MISO, CAN_CLOCK, CAN_MOSI = 16, 18, 19
 CAN_SELECT, CAN_INTERRUPT = 17, 10
 """Of the MCP2515 on SPI0."""
+# The crystal on the module.
 CAN_OSCILLATOR_HZ = 8_000_000
-"""The crystal on the module."""

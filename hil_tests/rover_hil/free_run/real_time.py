@@ -10,8 +10,8 @@ from rover.capture.publisher import FramePublisher
 
 from rover_hil.rig import Rig, RigFrame
 
+# A rig that is slower than real time is not made to catch up: it loses what lies beyond this.
 MAX_STEP_US = 100_000
-"""A rig that is slower than real time is not made to catch up: it loses what lies beyond this."""
 
 
 class RealTime:

@@ -22,8 +22,8 @@ from rover_hil.scenario.reading import read_fault
 from rover_hil.scenario.world_faults import WorldFaults
 from rover_hil.session import Finish
 
+# Stands in messages where a scenario's file would.
 WHERE = Path("request")
-"""Stands in messages where a scenario's file would."""
 
 ROVER, LAUNCH = "rover", "launch"
 MAX_M = 1000.0

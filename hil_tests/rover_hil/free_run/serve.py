@@ -25,8 +25,8 @@ from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.scenario.board_faults import FAULTY_RIGS
 from rover_hil.serve import check_rig, on_wire, share_one_core, verdict_of, write_truth
 
+# Between two steps of the world.
 PERIOD_S = 0.002
-"""Between two steps of the world."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,13 @@ from rover_hil.ground.mosaic import choose_cuttings, lay_cutting, lay_soil, meas
 from rover_hil.ground.pictures import TEXTURE_KELVIN, read_index
 from rover_hil.ground.placement import Circle, Point, Site, check_known, place
 from rover_hil.ground.raster import Grid
-from rover_hil.ground.signature import MINE_RADIUS, SURFACE_MINE_HEIGHT, daily_contrasts, lay_signature
+from rover_hil.ground.signature import (
+    MINE_RADIUS_M,
+    SURFACE_MINE_HEIGHT_M,
+    SURFACE_MINE_RADII_M,
+    daily_contrasts,
+    lay_signature,
+)
 from rover_hil.ground.soils import soil_named
 from rover_hil.ground.texture import lay_patches, roughness, soil_texture
 from rover_hil.ground.things import Hour, at_hour, lay_grass, lay_pebbles, lay_rock
@@ -23,11 +29,14 @@ from rover_hil.ground.things import Hour, at_hour, lay_grass, lay_pebbles, lay_r
 if TYPE_CHECKING:
     from rover.mission.config import Mission
 
-MARGIN = 1.6  # metres of ground around the area, so that the camera sees beyond the border
-FINE_RESOLUTION = 0.005
-COARSE_RESOLUTION = 0.01
-MAX_FINE_CELLS = 4_000_000  # a raster larger than this is laid at the coarse resolution
-MAX_CELLS = 25_000_000  # 100 MB a raster: fields up to about 46 x 46 m
+# Metres of ground around the area, so that the camera sees beyond the border.
+MARGIN_M = 1.6
+FINE_RESOLUTION_M = 0.005
+COARSE_RESOLUTION_M = 0.01
+# A raster larger than this is laid at the coarse resolution.
+MAX_FINE_CELLS = 4_000_000
+# 100 MB a raster: fields up to about 46 x 46 m.
+MAX_CELLS = 25_000_000
 
 
 @dataclass(frozen=True)
@@ -123,13 +132,13 @@ def grid_of(width: float, height: float) -> Grid:
     Raises:
         BadInput: the area is too large to simulate.
     """
-    outer_width, outer_height = width + 2 * MARGIN, height + 2 * MARGIN
-    fine = outer_width * outer_height / FINE_RESOLUTION**2 <= MAX_FINE_CELLS
-    resolution = FINE_RESOLUTION if fine else COARSE_RESOLUTION
+    outer_width, outer_height = width + 2 * MARGIN_M, height + 2 * MARGIN_M
+    fine = outer_width * outer_height / FINE_RESOLUTION_M**2 <= MAX_FINE_CELLS
+    resolution = FINE_RESOLUTION_M if fine else COARSE_RESOLUTION_M
     if outer_width * outer_height / resolution**2 > MAX_CELLS:
         raise BadInput(f"area: {width:g} x {height:g} m is too large to simulate; stay within 46 x 46 m")
     columns, rows = int(np.ceil(outer_width / resolution)), int(np.ceil(outer_height / resolution))
-    return Grid(-MARGIN, -MARGIN, resolution, columns, rows)
+    return Grid(-MARGIN_M, -MARGIN_M, resolution, columns, rows)
 
 
 def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Ground:
@@ -232,8 +241,8 @@ def _lay_mines(
     mines = []
     for i, ((x, y), depth) in enumerate(zip(centres, depths, strict=True)):
         # Surface casings differ in size; buried ones are the reference disc.
-        radius = float(rng.uniform(0.050, 0.060)) if depth == 0.0 else MINE_RADIUS
-        distance = day.contrast.radius * (radius / MINE_RADIUS)
+        radius = float(rng.uniform(*SURFACE_MINE_RADII_M)) if depth == 0.0 else MINE_RADIUS_M
+        distance = day.contrast.radius * (radius / MINE_RADIUS_M)
         profile = day.profile(depth, hour, day.contrast.radius)
         lay_signature(temperature, grid, (x, y), distance, profile)
         if depth == 0.0:
@@ -273,7 +282,7 @@ def _lay_pictures(
         radius = (
             float(np.clip(0.25 * (cutting.box[2] + cutting.box[3]), 0.05, 0.08))
             if depth == 0
-            else MINE_RADIUS
+            else MINE_RADIUS_M
         )
         kind = "surface" if depth == 0.0 else "buried"
         mines.append(Mine(i + 1, *centre, radius, depth, kind, round(contrast, 4)))
@@ -291,4 +300,4 @@ def lay_casing(height: NDArray[np.float32], grid: Grid, circle: Circle) -> None:
     x, y, r = circle
     window = grid.window((x, y), r)
     inside = np.hypot(*grid.offsets(window, (x, y))) < r
-    height[window] = np.where(inside, np.float32(SURFACE_MINE_HEIGHT), height[window])
+    height[window] = np.where(inside, np.float32(SURFACE_MINE_HEIGHT_M), height[window])

@@ -20,13 +20,18 @@ from rover_hil.ground.placement import Point
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.texture import correlated_noise
 
-TILE_M = 0.75  # pitch of the soil tiles
+# Pitch of the soil tiles.
+TILE_M = 0.75
 FEATHER_M = 0.12
-MINE_REACH_M = 0.80  # how far a mine's own picture reaches around it, at most
-MINE_FEATHER_M = 0.06  # at least; as wide as 0.25 m where there is room
-LARGEST_BOX_M = 0.45
-SHARPEST_M = 6.5  # pictures from higher up are coarser than the rover's own camera sees
-BOX_MARGIN_M = 0.12  # soil tiles keep this far off every labelled box
+# How far a mine's own picture reaches around it, at most.
+MAX_MINE_REACH_M = 0.80
+# At least; as wide as 0.25 m where there is room.
+MINE_FEATHER_M = 0.06
+MAX_BOX_M = 0.45
+# Pictures from higher up are coarser than the rover's own camera sees.
+MAX_HEIGHT_M = 6.5
+# Soil tiles keep this far off every labelled box.
+BOX_MARGIN_M = 0.12
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,7 @@ def cuttings(entries: Sequence[Entry], surface: bool) -> list[Cutting]:
     """Every box of known depth with enough soil of its own around it and no other box in there."""
     found = []
     for entry in distinct(entries):
-        if entry.depth < 0.0 or (entry.depth == 0.0) != surface or entry.camera_height > SHARPEST_M:
+        if entry.depth < 0.0 or (entry.depth == 0.0) != surface or entry.camera_height > MAX_HEIGHT_M:
             continue
         for box in entry.boxes:
             cx, cy = box[:2]
@@ -57,8 +62,8 @@ def cuttings(entries: Sequence[Entry], surface: bool) -> list[Cutting]:
                 for x, y, w, h in entry.boxes
                 if (x, y, w, h) != box
             ]
-            cutting = Cutting(entry, box, min([edges, *others, MINE_REACH_M]))
-            if cutting.reach >= cutting.half + MINE_FEATHER_M and 2 * cutting.half <= LARGEST_BOX_M:
+            cutting = Cutting(entry, box, min([edges, *others, MAX_MINE_REACH_M]))
+            if cutting.reach >= cutting.half + MINE_FEATHER_M and 2 * cutting.half <= MAX_BOX_M:
                 found.append(cutting)
     return found
 
@@ -79,7 +84,7 @@ def choose_cuttings(
         if not fitting:
             kind = "surface" if surface else "buried"
             raise BadInput(
-                f"landmines: too few {kind} mines in pictures from 3 to {SHARPEST_M:g} m for this mission"
+                f"landmines: too few {kind} mines in pictures from 3 to {MAX_HEIGHT_M:g} m for this mission"
             )
         used = {
             zone: sum(c.entry.zone == zone for c in chosen)
@@ -152,11 +157,11 @@ class _SoilTiles:
         self._fitting = [
             entry
             for entry in distinct(entries)
-            if entry.boxes and min(entry.width, entry.height) > extent and entry.camera_height <= SHARPEST_M
+            if entry.boxes and min(entry.width, entry.height) > extent and entry.camera_height <= MAX_HEIGHT_M
         ]
         if not self._fitting:
             raise BadInput(
-                f"landmines: no picture from 3 to {SHARPEST_M:g} m covers {extent:.1f} m of ground"
+                f"landmines: no picture from 3 to {MAX_HEIGHT_M:g} m covers {extent:.1f} m of ground"
             )
         self._data_dir, self._resolution, self._side, self._rng = data_dir, resolution, side, rng
         self._round: list[int] = []

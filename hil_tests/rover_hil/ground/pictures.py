@@ -20,8 +20,10 @@ from rover.errors import BadInput
 
 TEXTURE_KELVIN = 0.6
 CLIP_KELVIN = 6.0
-TREND_M = 0.5  # Gaussian sigma of the trend that is taken out
-MIN_HEIGHT = 3.0  # heights written below this are unreliable
+# Gaussian sigma of the trend that is taken out.
+TREND_M = 0.5
+# Heights written below this are unreliable.
+MIN_HEIGHT_M = 3.0
 # Half angles of the lens, across and down: an estimate, consistent with the boxes from 3 m up.
 HALF_ACROSS = math.radians(16.0)
 HALF_DOWN = math.radians(13.0)
@@ -45,7 +47,7 @@ class Entry:
 
 
 def read_index(data_dir: str | Path) -> tuple[Entry, ...]:
-    """Every picture taken from at least `MIN_HEIGHT`, in the order of the index.
+    """Every picture taken from at least `MIN_HEIGHT_M`, in the order of the index.
 
     Raises:
         BadInput: the folder, its index or a label file is missing or malformed.
@@ -66,13 +68,13 @@ def read_index(data_dir: str | Path) -> tuple[Entry, ...]:
             if entry is not None:
                 entries.append(entry)
     if not entries:
-        raise BadInput(f"{index}: holds no picture taken from {MIN_HEIGHT:g} m or higher")
+        raise BadInput(f"{index}: holds no picture taken from {MIN_HEIGHT_M:g} m or higher")
     return tuple(entries)
 
 
 def _entry(folder: Path, row: dict[str, str]) -> Entry | None:
     camera_height = float(row["height_m"])
-    if camera_height < MIN_HEIGHT:
+    if camera_height < MIN_HEIGHT_M:
         return None
     width = 2 * camera_height * math.tan(HALF_ACROSS)
     height = 2 * camera_height * math.tan(HALF_DOWN)

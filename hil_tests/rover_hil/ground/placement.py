@@ -11,20 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.errors import BadInput
 
-MINE_SPACING = 0.55  # centre to centre
-MINE_TO_OBSTACLE = 0.40  # mine centre to obstacle edge
-MINE_TO_BORDER = 0.25
-MINE_TO_LAUNCH = 0.60
-MINE_TO_GOAL = 0.40
-OBSTACLE_GAP = 0.60  # edge to edge
-OBSTACLE_TO_BORDER = 0.10  # edge of the obstacle to the border, inside
-LAUNCH_DISC = 0.45
-GOAL_CLEARANCE = 0.25
-DISC_RADIUS = 0.25  # of the disc that must be able to go everywhere: the rover's 0.15 and what it keeps clear
-MINE_KEEP_OUT = 0.15
-CONNECTED_SHARE = 0.97
-_LAYOUTS = 60
-_DRAWS = 300
+# Centre to centre.
+MIN_MINE_SPACING_M = 0.55
+# Mine centre to obstacle edge.
+MIN_MINE_TO_OBSTACLE_M = 0.40
+MIN_MINE_TO_BORDER_M = 0.25
+MIN_MINE_TO_LAUNCH_M = 0.60
+MIN_MINE_TO_GOAL_M = 0.40
+# Edge to edge.
+MIN_OBSTACLE_GAP_M = 0.60
+# Edge of the obstacle to the border, inside.
+MIN_OBSTACLE_TO_BORDER_M = 0.10
+LAUNCH_DISC_M = 0.45
+MIN_GOAL_CLEARANCE_M = 0.25
+# Of the disc that must be able to go everywhere: the rover's 0.15 and what it keeps clear.
+DISC_RADIUS_M = 0.25
+MINE_KEEP_OUT_M = 0.15
+MIN_CONNECTED_SHARE = 0.97
+_MAX_LAYOUTS = 60
+_MAX_DRAWS = 300
 
 Circle = tuple[float, float, float]
 Point = tuple[float, float]
@@ -56,26 +61,26 @@ def _distance(a: Sequence[float], b: Sequence[float]) -> float:
 def obstacle_fits(site: Site, circle: Circle, others: Sequence[Circle], mines: Sequence[Point]) -> bool:
     """True when the obstacle keeps every clearance to what is already there."""
     x, y, r = circle
-    border = r + OBSTACLE_TO_BORDER
+    border = r + MIN_OBSTACLE_TO_BORDER_M
     return (
         border <= x <= site.width - border
         and border <= y <= site.height - border
-        and _distance(circle, site.launch) >= r + LAUNCH_DISC
-        and all(_distance(circle, goal) >= r + GOAL_CLEARANCE for goal in site.goals)
-        and all(_distance(circle, other) >= r + other[2] + OBSTACLE_GAP for other in others)
-        and all(_distance(circle, mine) >= r + MINE_TO_OBSTACLE for mine in mines)
+        and _distance(circle, site.launch) >= r + LAUNCH_DISC_M
+        and all(_distance(circle, goal) >= r + MIN_GOAL_CLEARANCE_M for goal in site.goals)
+        and all(_distance(circle, other) >= r + other[2] + MIN_OBSTACLE_GAP_M for other in others)
+        and all(_distance(circle, mine) >= r + MIN_MINE_TO_OBSTACLE_M for mine in mines)
     )
 
 
 def mine_fits(site: Site, mine: Point, others: Sequence[Point], obstacles: Sequence[Circle]) -> bool:
     """True when the mine keeps every clearance to what is already there."""
     return (
-        MINE_TO_BORDER <= mine[0] <= site.width - MINE_TO_BORDER
-        and MINE_TO_BORDER <= mine[1] <= site.height - MINE_TO_BORDER
-        and _distance(mine, site.launch) >= MINE_TO_LAUNCH
-        and all(_distance(mine, goal) >= MINE_TO_GOAL for goal in site.goals)
-        and all(_distance(mine, other) >= MINE_SPACING for other in others)
-        and all(_distance(mine, obstacle) >= obstacle[2] + MINE_TO_OBSTACLE for obstacle in obstacles)
+        MIN_MINE_TO_BORDER_M <= mine[0] <= site.width - MIN_MINE_TO_BORDER_M
+        and MIN_MINE_TO_BORDER_M <= mine[1] <= site.height - MIN_MINE_TO_BORDER_M
+        and _distance(mine, site.launch) >= MIN_MINE_TO_LAUNCH_M
+        and all(_distance(mine, goal) >= MIN_MINE_TO_GOAL_M for goal in site.goals)
+        and all(_distance(mine, other) >= MIN_MINE_SPACING_M for other in others)
+        and all(_distance(mine, obstacle) >= obstacle[2] + MIN_MINE_TO_OBSTACLE_M for obstacle in obstacles)
     )
 
 
@@ -85,14 +90,14 @@ def is_connected(site: Site, obstacles: Sequence[Circle], mines: Sequence[Point]
     Nearly all of that ground, and every goal in it, must stay reachable from the launch point.
     """
     before, at_start = _reachable(site, site.known, cell)
-    blocked = [*site.known, *obstacles, *((x, y, MINE_KEEP_OUT) for x, y in mines)]
+    blocked = [*site.known, *obstacles, *((x, y, MINE_KEEP_OUT_M) for x, y in mines)]
     after, at_end = _reachable(site, blocked, cell)
     still_free = before & at_end
     if any(
         before[_cell_of(site, goal, cell)] and not after[_cell_of(site, goal, cell)] for goal in site.goals
     ):
         return False
-    enough = np.count_nonzero(after) >= CONNECTED_SHARE * np.count_nonzero(still_free)
+    enough = np.count_nonzero(after) >= MIN_CONNECTED_SHARE * np.count_nonzero(still_free)
     return bool(at_start.any() and enough)
 
 
@@ -103,10 +108,10 @@ def _reachable(
     columns, rows = round(site.width / cell), round(site.height / cell)
     x = (np.arange(columns) + 0.5)[None, :] * cell
     y = (np.arange(rows) + 0.5)[:, None] * cell
-    free = (x >= DISC_RADIUS) & (x <= site.width - DISC_RADIUS)
-    free = free & (y >= DISC_RADIUS) & (y <= site.height - DISC_RADIUS)
+    free = (x >= DISC_RADIUS_M) & (x <= site.width - DISC_RADIUS_M)
+    free = free & (y >= DISC_RADIUS_M) & (y <= site.height - DISC_RADIUS_M)
     for cx, cy, r in blocked:
-        reach = r + DISC_RADIUS
+        reach = r + DISC_RADIUS_M
         window = (_span(cy, reach, cell, rows), _span(cx, reach, cell, columns))
         free[window] &= np.hypot(x[:, window[1]] - cx, y[window[0]] - cy) > reach
     # The rover stands at the launch point, however tight it is there.
@@ -122,8 +127,8 @@ def _span(centre: float, reach: float, cell: float, count: int) -> slice:
 
 def _cell_of(site: Site, point: Point, cell: float) -> tuple[int, int]:
     """Row and column of a point; one at the very border counts where the disc can first stand."""
-    px = min(max(point[0], DISC_RADIUS + cell), site.width - DISC_RADIUS - cell)
-    py = min(max(point[1], DISC_RADIUS + cell), site.height - DISC_RADIUS - cell)
+    px = min(max(point[0], DISC_RADIUS_M + cell), site.width - DISC_RADIUS_M - cell)
+    py = min(max(point[1], DISC_RADIUS_M + cell), site.height - DISC_RADIUS_M - cell)
     return int(py / cell), int(px / cell)
 
 
@@ -156,7 +161,7 @@ def place(
     Raises:
         BadInput: the field is too full for what was asked.
     """
-    layout = try_place(site, obstacle_radii, mines, rng, layouts=_LAYOUTS)
+    layout = try_place(site, obstacle_radii, mines, rng, layouts=_MAX_LAYOUTS)
     if layout is None:
         count = mines if isinstance(mines, int) else len(mines)
         raise BadInput(
@@ -188,7 +193,7 @@ def _draw_layout(
     centres: list[Point] = []
     if isinstance(mines, int):
         for _ in range(mines):
-            for _ in range(_DRAWS):
+            for _ in range(_MAX_DRAWS):
                 point = (float(rng.uniform(0, site.width)), float(rng.uniform(0, site.height)))
                 if mine_fits(site, point, centres, site.known):
                     centres.append(point)
@@ -201,7 +206,7 @@ def _draw_layout(
     placed: dict[int, Circle] = {}
     for index in sorted(range(len(radii)), key=lambda i: -radii[i]):
         taken = [*site.known, *placed.values()]
-        for _ in range(_DRAWS):
+        for _ in range(_MAX_DRAWS):
             circle = (
                 float(rng.uniform(0, site.width)),
                 float(rng.uniform(0, site.height)),

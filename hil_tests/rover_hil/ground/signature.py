@@ -12,14 +12,18 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from rover.capture.radiometry import ZERO_CELSIUS
 
 from rover_hil.ground.heat import Case, Inclusion, SurfaceHistory, simulate
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.soils import CASING_ALBEDO, CLEAR_DAY, MINE, Material, Weather, soil_named
 
-MINE_RADIUS = 0.055
-MINE_THICKNESS = 0.05
-SURFACE_MINE_HEIGHT = 0.04  # what stands out of the soil
+# Of a buried mine; between those of one that stands on the surface.
+MINE_RADIUS_M = 0.055
+SURFACE_MINE_RADII_M = (0.050, 0.060)
+MINE_THICKNESS_M = 0.05
+# What stands out of the soil.
+SURFACE_MINE_HEIGHT_M = 0.04
 # A little more convection than flat soil: the side loses heat too, but it also takes up sunlight.
 SURFACE_EXPOSURE = 1.15
 
@@ -28,10 +32,10 @@ def mine_case(soil: Material, depth: float) -> Case:
     """The ground over one mine: `depth` metres of soil above it; 0 is a mine that stands on the surface."""
     if depth <= 0.0:
         body = Inclusion(
-            MINE, MINE_RADIUS, MINE_THICKNESS, 0.0, albedo=CASING_ALBEDO, exposure=SURFACE_EXPOSURE
+            MINE, MINE_RADIUS_M, MINE_THICKNESS_M, 0.0, albedo=CASING_ALBEDO, exposure=SURFACE_EXPOSURE
         )
     else:
-        body = Inclusion(MINE, MINE_RADIUS, MINE_THICKNESS, depth)
+        body = Inclusion(MINE, MINE_RADIUS_M, MINE_THICKNESS_M, depth)
     return Case(soil, body)
 
 
@@ -99,20 +103,20 @@ def lay_signature(
     raster[window] += np.interp(distance, radius, profile, right=0.0).astype(raster.dtype)
 
 
-TABLE_DEPTHS = (0.0, 0.01, 0.02, 0.05, 0.10)
+TABLE_DEPTHS_M = (0.0, 0.01, 0.02, 0.05, 0.10)
 
 
 def contrast_table(
     soil: str | Material = "loam", step_hours: float = 1.0, weather: Weather = CLEAR_DAY
 ) -> str:
     """Markdown table: contrast at the centre of mines (K) by hour and depth, then extremes and zero crossings."""
-    day = daily_contrasts(soil, TABLE_DEPTHS, weather)
+    day = daily_contrasts(soil, TABLE_DEPTHS_M, weather)
     centre = day.contrast.temperature[:, 0]
-    names = ["surface", *(f"{depth * 100:g} cm" for depth in TABLE_DEPTHS[1:])]
+    names = ["surface", *(f"{depth * 100:g} cm" for depth in TABLE_DEPTHS_M[1:])]
     lines = ["| hour | soil °C | " + " | ".join(names) + " |", "|---" * (len(names) + 2) + "|"]
     for hour in np.arange(0.0, 24.0, step_hours):
         kelvin = day.contrast.at(hour)[:, 0]
-        ground = day.undisturbed.at(hour)[0, 0] - 273.15
+        ground = day.undisturbed.at(hour)[0, 0] - ZERO_CELSIUS
         label = f"{int(hour):02d}:{round(hour % 1 * 60):02d}"
         lines.append(f"| {label} | {ground:.1f} | " + " | ".join(f"{value:+.2f}" for value in kelvin) + " |")
     for name, values in (("highest", centre.max(axis=1)), ("lowest", centre.min(axis=1))):

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from rover.errors import BadInput
 
 DAY_S = 86_400.0
-STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m² K⁴)
+# W/(m² K⁴)
+STEFAN_BOLTZMANN = 5.670374419e-8
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,10 @@ SOILS: dict[str, Material] = {
 # The soil of the reference contrasts: a = 5e-7 m²/s.
 REFERENCE_SOIL = "loam"
 
-MINE = Material(conductivity=0.20, heat_capacity=1.80e6)  # plastic casing around TNT
-CASING_ALBEDO = 0.18  # olive-drab paint
+# Plastic casing around TNT.
+MINE = Material(conductivity=0.20, heat_capacity=1.80e6)
+# Olive-drab paint.
+CASING_ALBEDO = 0.18
 ROCK = Material(conductivity=2.60, heat_capacity=2.20e6, albedo=0.28)
 
 

@@ -13,11 +13,16 @@ from rover_hil.ground.raster import Grid
 from rover_hil.ground.soils import CLEAR_DAY, ROCK, STEFAN_BOLTZMANN, Material, Weather
 from rover_hil.ground.texture import correlated_noise
 
-ROCK_COLUMN = 0.18  # thickness of the simulated rock, m
-SHADE = 0.70  # share of S(t) that reaches a face turned away from the sun
-SHADOW_KELVIN = 1.5  # cooling of soil in a rock's shadow at full sun
-LEAF_CONVECTION = 35.0  # W/(m² K): thin blades exchange heat better than flat soil
-TRANSPIRED = 0.55  # share of absorbed sunlight that evaporates water
+# Thickness of the simulated rock, m.
+ROCK_COLUMN_M = 0.18
+# Share of S(t) that reaches a face turned away from the sun.
+SHADE = 0.70
+# Cooling of soil in a rock's shadow at full sun.
+SHADOW_KELVIN = 1.5
+# W/(m² K): thin blades exchange heat better than flat soil.
+LEAF_CONVECTION = 35.0
+# Share of absorbed sunlight that evaporates water.
+TRANSPIRED = 0.55
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,7 @@ def leaf_temperature(hour: float, weather: Weather = CLEAR_DAY) -> float:
 
 def at_hour(soil: Material, hour: float, weather: Weather = CLEAR_DAY) -> Hour:
     """Everything that depends on the hour: three simulated columns, the leaf balance and the sun's place."""
-    rock = Inclusion(ROCK, math.inf, ROCK_COLUMN, 0.0)
+    rock = Inclusion(ROCK, math.inf, ROCK_COLUMN_M, 0.0)
     surface = simulate([Case(soil), Case(soil, rock), Case(soil, rock, sunlight=SHADE)], weather).at(hour)[
         :, 0
     ]

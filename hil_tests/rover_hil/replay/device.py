@@ -23,20 +23,20 @@ from rover_hil.device.talk import DeviceTalk
 from rover_hil.named_values import named_values
 from rover_hil.replay.firmware import Compared
 
+# Ticks between two reports of the wheels: at full speed ten counts, of which two reports make no jump.
 SLICE = 5
-"""Ticks between two reports of the wheels: at full speed ten counts, of which two reports make no jump."""
 
 FORWARDED = ("KeepAlive", "Stop", "EmergencyStop", "Disarm", "SegmentTravel", "SegmentHeading")
 SENSORS_EVERY = 10
 SESSION = 0x5E50
+# A log begins at power-on; a board may be in any of these before it is armed.
 FIRST_STATES = ("Boot", "Disarmed", "Latched")
-"""A log begins at power-on; a board may be in any of these before it is armed."""
 
+# Battery of a board before the log's first tick.
 FULL_MV = 7400
-"""Battery of a board before the log's first tick."""
 
+# Of ReferenceDistance, in its units: the last report may be one rounding away.
 DISTANCE_TOLERANCE = 2
-"""Of ReferenceDistance, in its units: the last report may be one rounding away."""
 
 
 class DeviceReplay:

@@ -17,8 +17,8 @@ from rover.record.topics import FIX, IMPORTED_SONAR, IMPORTED_WHEELS, PLACES
 from rover_hil.client.frames import RigFrames
 from rover_hil.replay.pace import Pace
 
+# The rig's name in the log of an imported stream.
 IMPORTED = "import"
-"""The rig's name in the log of an imported stream."""
 
 Input = tuple[float, Frame | WheelMotion | SonarRange]
 """Time at which it is taken in, and what."""

@@ -15,19 +15,19 @@ from rover_protocol.rig_tick import BUZZER, LED, NO_SENSOR, POWERED, TickReply
 from rover_hil.firmware_process import FirmwareProcess
 
 REPLIES = "/rig/firmware"
+# Where a difference of outputs, or of sent bytes, is said to be.
 SENT = "/rig/firmware/sent"
-"""Where a difference of outputs, or of sent bytes, is said to be."""
 
+# What tells one rig's firmware from another's; where a log meets another rig these may differ.
 IDENTITY = {"HelloReply": ("board",), "HelloBuild": ("git_hash",)}
-"""What tells one rig's firmware from another's; where a log meets another rig these may differ."""
 
+# The emulated board takes a byte in when its interrupt runs, rover-sitl when the byte is complete; and an edge of an
+# echo that meets the UART's interrupt waits for it, up to 4 µs: a millimetre. µs and mm.
 TOLERANCES = {
     "ClockReply": {"receive_time": 4, "turnaround": 4},
     "OdometryHeading": {"time": 4},
     "Sonar": {"time": 4, "range": 1},
 }
-"""The emulated board takes a byte in when its interrupt runs, rover-sitl when the byte is complete; and an edge of an
-echo that meets the UART's interrupt waits for it, up to 4 µs: a millimetre. µs and mm."""
 
 
 @dataclass(frozen=True)

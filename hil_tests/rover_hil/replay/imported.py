@@ -43,8 +43,8 @@ y_m = 10.0
 DEFAULT_CAMERA = "lepton-160"
 SENSORS = ("left", "centre", "right")
 YES, NO = ("1", "true", "yes"), ("", "0", "false", "no")
+# Of inputs at the same time: a frame is taken in when the wheels of its time are known.
 RANK = {WheelMotion: 0, SonarRange: 1, Frame: 2}
-"""Of inputs at the same time: a frame is taken in when the wheels of its time are known."""
 
 
 def import_folder(folder: Path, out: Path) -> dict[str, int]:

@@ -12,7 +12,7 @@ import time
 import tty
 from collections.abc import Iterator
 
-POLL = 0.05
+POLL_S = 0.05
 SPACE = b" "
 
 
@@ -38,7 +38,7 @@ class Pace:
         if at < self._start:
             return
         while self.paused:
-            self._look_at_keys(POLL)
+            self._look_at_keys(POLL_S)
         if self._rate is None:
             return
         now = time.monotonic()
@@ -46,7 +46,7 @@ class Pace:
             self._origin = (now, at)
         due = self._origin[0] + (at - self._origin[1]) / self._rate
         while (left := due - time.monotonic()) > 0.0:
-            if self._look_at_keys(min(left, POLL)):
+            if self._look_at_keys(min(left, POLL_S)):
                 return self.wait(at)
         return None
 

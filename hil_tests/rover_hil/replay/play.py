@@ -30,8 +30,8 @@ from rover_hil.replay.parameters import write_parameter_file
 from rover_hil.replay.recorded_device import RecordedDevice
 from rover_hil.replay.recorded_rig import RecordedOperator, RecordedRig, RecordedWorld
 
+# Parts of a log's origin that are the run's, not the build's.
 NOT_BUILD = ("mission", "seed", "rig", "transport", "baud", "cycle_s", "camera", "mission_hash")
-"""Parts of a log's origin that are the run's, not the build's."""
 
 
 @dataclass(frozen=True)

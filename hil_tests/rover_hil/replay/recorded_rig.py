@@ -26,7 +26,7 @@ from rover_hil.session import Session
 
 OnStep = Callable[[RigStep], None]
 LOST = "link lost: the rig: "
-HOST_TIMEOUT = 5.0
+HOST_TIMEOUT_S = 5.0
 
 
 class RecordedRig:
@@ -66,7 +66,7 @@ class RecordedRig:
     def advance(self, to_us: int, host_bytes: int) -> Advance:
         """What the recorded rig did until `to_us`. Raises RigFailed where the recording ends."""
         # What the companion sends is compared as messages; it is read so that the port does not fill up.
-        self._from_host += len(self._pty.read_exactly(host_bytes - self._from_host, HOST_TIMEOUT))
+        self._from_host += len(self._pty.read_exactly(host_bytes - self._from_host, HOST_TIMEOUT_S))
         marks: list[tuple[int, int]] = []
         frames: list[RigFrame] = []
         while self.now_us < to_us:

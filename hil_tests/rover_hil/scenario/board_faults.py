@@ -13,8 +13,8 @@ from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.rig import Mark
 from rover_hil.sitl import EmulatorRig, SitlRig
 
+# Control loop dead to reset by the watchdog, as docs/results/firmware.md has measured it on the RP2040.
 WATCHDOG_US = 114_000
-"""Control loop dead to reset by the watchdog, as docs/results/firmware.md has measured it on the RP2040."""
 
 TICK_US = 1000
 WATCHDOG, BROWN_OUT = "watchdog", "brown-out"

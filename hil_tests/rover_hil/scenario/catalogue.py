@@ -214,14 +214,14 @@ FAULTS: dict[str, Fault] = {
     "camera-ffc": Fault("the shutter closes for a calibration", needs_mission=True),
     "operator-stop": Fault("the operator presses Ctrl-C at `rover run`", lasting=False, needs_mission=True),
 }
+# Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives.
 IN_MISSIONS = (
     "companion-killed", "companion-frozen", "operator-stop", "camera-frozen", "camera-dead", "camera-ffc",
     "emergency-stop-input", "firmware-hang", "firmware-stall", "brown-out", "encoder-stuck", "encoder-reversed",
     "encoders-swapped", "encoder-jump", "wheel-slip", "motor-stalled", "motor-open", "sonar-dead", "sonar-near",
     "sonar-deaf", "obstacle-ahead", "battery-sag", "carried-away",
 )  # fmt: skip
-"""Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives."""
 
 OF_PROCESSES = ("companion-killed", "companion-frozen", "operator-stop")
+# Faults of the rover and of what is around it: they need no companion that the rig knows.
 OF_THE_WORLD = tuple(fault for fault in IN_MISSIONS if fault not in OF_PROCESSES)
-"""Faults of the rover and of what is around it: they need no companion that the rig knows."""

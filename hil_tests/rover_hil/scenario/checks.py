@@ -9,8 +9,8 @@ from rover_hil.scenario.condition import parse_condition
 from rover_hil.scenario.language import Check
 from rover_hil.scenario.observation import WORDS, known_counter
 
+# Slower than one count of an encoder in 30 ms.
 STILL = "speed < 0.004 and turn_rate < 0.04"
-"""Slower than one count of an encoder in 30 ms."""
 
 ABOVE_AND_BELOW = {
     "speed_below": "speed < {}",

@@ -18,6 +18,7 @@ from rover.cli.main import invoke
 
 from rover_hil.client import process
 
+# Announces the rig as its server would, and stays for as long as the companion lives.
 STAND_IN = """
 import os, sys, time
 parent = os.getppid()
@@ -25,11 +26,10 @@ print(sys.argv[1], flush=True)
 while os.getppid() == parent:
     time.sleep(0.2)
 """
-"""Announces the rig as its server would, and stays for as long as the companion lives."""
 
 WORDS = {0: "Done", 3: "PreflightFailed", 4: "NoPath", 5: "Aborted", 6: "SafetyStop", 7: "LinkLost", 8: "Partial"}
-PATIENCE = 60.0
-"""Seconds for a mission that is over to write its report."""
+# Seconds for a mission that is over to write its report.
+END_TIMEOUT_S = 60.0
 
 
 class CompanionProcess:
@@ -77,10 +77,10 @@ class CompanionProcess:
     def wait(self) -> None:
         """Until it has written its report; `word` and `reason` are then those of its end."""
         try:
-            code = self._process.wait(PATIENCE)
+            code = self._process.wait(END_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             self.kill()
-            self.word, self.reason = "Failed", f"it had not ended {PATIENCE:g} s after its mission"
+            self.word, self.reason = "Failed", f"it had not ended {END_TIMEOUT_S:g} s after its mission"
             return
         self.word = WORDS.get(code, "Failed")
         try:

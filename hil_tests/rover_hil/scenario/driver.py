@@ -17,13 +17,13 @@ from rover.vehicle import Limits, Vehicle
 
 from rover_hil.scenario.language import Drive, Move
 
-CYCLE = 0.02
-HORIZON = 0.5
-"""Seconds of motion that are kept committed ahead, as a mission does."""
+CYCLE_S = 0.02
+# Seconds of motion that are kept committed ahead, as a mission does.
+HORIZON_S = 0.5
 
 PIECE_US = 200_000
-START_DELAY = 0.2
-BETWEEN_LEGS = 0.1
+START_DELAY_S = 0.2
+BETWEEN_LEGS_S = 0.1
 
 
 class Killed(Exception):
@@ -83,7 +83,7 @@ class Companion:
             self._pending.clear()
         if self.word == "Driving":
             self._stream(self._clock.now())
-        self._clock.advance(self._clock.now() + CYCLE)
+        self._clock.advance(self._clock.now() + CYCLE_S)
 
     def _arm_again(self) -> None:
         self.re_arm = False
@@ -100,10 +100,10 @@ class Companion:
         stream = self.link.stream
         if self.hold:
             return
-        if not self._pending and stream.all_done and now >= max(stream.end_time, self._not_before) + BETWEEN_LEGS:
+        if not self._pending and stream.all_done and now >= max(stream.end_time, self._not_before) + BETWEEN_LEGS_S:
             self._next_leg(now)
             return
-        while self._pending and stream.end_time - now < HORIZON:
+        while self._pending and stream.end_time - now < HORIZON_S:
             stream.extend([self._pending.popleft()])
 
     def _next_leg(self, now: float) -> None:
@@ -117,8 +117,8 @@ class Companion:
             self._not_before = now + move.amount
             return
         self._pending = deque(split(leg_segments(move, self._drive.speed), PIECE_US))
-        self.link.stream.begin([self._pending.popleft()], now + START_DELAY)
-        while self._pending and self.link.stream.end_time - now < HORIZON:
+        self.link.stream.begin([self._pending.popleft()], now + START_DELAY_S)
+        while self._pending and self.link.stream.end_time - now < HORIZON_S:
             self.link.stream.extend([self._pending.popleft()])
 
 

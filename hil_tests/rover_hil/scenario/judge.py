@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from rover_hil.scenario.language import START, Check, Expectation, Scenario
 from rover_hil.scenario.observation import Moment, Values
 
-PATIENCE = 1e-9
+TIME_TOLERANCE_S = 1e-9
 
 
 @dataclass(frozen=True)
@@ -86,16 +86,16 @@ class Judge:
         if since is None:
             return None
         elapsed = moment.time - since.time
-        if elapsed < expectation.begin - PATIENCE:
+        if elapsed < expectation.begin - TIME_TOLERANCE_S:
             return None
         asked = _asked(expectation)
         failing = [check for check in expectation.checks if not _holds(check, moment, since)]
-        if elapsed > expectation.within + PATIENCE:
+        if elapsed > expectation.within + TIME_TOLERANCE_S:
             detail = "; ".join(_seen(check, moment.values) for check in failing) or "it held too late"
             return Verdict(expectation.name, asked, False, None, f"not within {expectation.within:g} s: {detail}")
         if failing:
             return None
-        if elapsed < expectation.not_before - PATIENCE:
+        if elapsed < expectation.not_before - TIME_TOLERANCE_S:
             return Verdict(expectation.name, asked, False, elapsed, f"too early, after {elapsed:.3f} s")
         return Verdict(expectation.name, asked, True, elapsed, "")
 

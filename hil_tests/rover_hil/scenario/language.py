@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rover_hil.scenario.condition import Condition
 
+# The moment at which the rover has been armed, or is ready when the scenario does not arm.
 START = "start"
-"""The moment at which the rover has been armed, or is ready when the scenario does not arm."""
 
 ParameterValue = float | str | bool | tuple[int, ...] | tuple[str, ...] | dict[str, int]
 

@@ -29,19 +29,19 @@ from rover_hil.scenario.judge import Verdict
 from rover_hil.scenario.language import Injection, Scenario
 from rover_hil.scenario.observation import Track
 from rover_hil.scenario.probe import Probe
-from rover_hil.scenario.watch import FAR, STEP_US, Over, Watch
+from rover_hil.scenario.watch import FAR_M, STEP_US, Over, Watch
 from rover_hil.scenario.world_faults import WorldFaults
 from rover_hil.serve import verdict_of
 from rover_hil.session import Session
 
-START_PATIENCE = 120.0
-"""Seconds until the companion has loaded its model and connects."""
+# Seconds until the companion has loaded its model and connects.
+START_TIMEOUT_S = 120.0
 
-REQUEST_PATIENCE = 120.0
-"""Seconds that the companion may think between two requests."""
+# Seconds that the companion may think between two requests.
+REQUEST_TIMEOUT_S = 120.0
 
+# Of a companion that was killed nobody knows its zones and indications.
 UNKNOWN = -1.0
-"""Of a companion that was killed nobody knows its zones and indications."""
 
 
 class _Gone(Exception):
@@ -113,12 +113,12 @@ class _Run:
         self._rig.close()
 
     def _with_the_companion(self) -> None:
-        deadline = time.monotonic() + START_PATIENCE
+        deadline = time.monotonic() + START_TIMEOUT_S
         while not select.select([self._listener], [], [], 0.2)[0]:
             if self.companion.ended or time.monotonic() > deadline:
                 raise PreflightFailed(f"'rover run' did not start its mission: {self.companion.last_line}")
         connection, _ = self._listener.accept()
-        connection.settimeout(REQUEST_PATIENCE)
+        connection.settimeout(REQUEST_TIMEOUT_S)
         with connection:
             try:
                 Session(self, self._finish).serve(connection)
@@ -215,5 +215,5 @@ class _Run:
 def nearest_mine(mines: NDArray[np.float64], x: float, y: float) -> dict[str, float]:
     """Distance from a place to the edge of the nearest of `mines` (n, 3): x, y, radius."""
     if not len(mines):
-        return {"mine_m": FAR}
+        return {"mine_m": FAR_M}
     return {"mine_m": float((np.hypot(mines[:, 0] - x, mines[:, 1] - y) - mines[:, 2]).min())}

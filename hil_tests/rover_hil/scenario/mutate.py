@@ -30,11 +30,11 @@ MUTATIONS = Path(__file__).with_name("mutations.toml")
 EDIT = ("file", "find", "replace")
 RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
 PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
+# The companion looks for its model beside its sources' folder.
 MODELS = "companion/models"
-"""The companion looks for its model beside its sources' folder."""
 JOBS = 2
+# Mutants are built once and run for a minute: what building saves is worth more than their speed.
 QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
-"""Mutants are built once and run for a minute: what building saves is worth more than their speed."""
 
 
 @dataclass(frozen=True)

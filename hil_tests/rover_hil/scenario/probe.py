@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rover_protocol import framing, messages
 
+# First seven bytes of the line that the firmware logs when it has booted.
 READY = b"rover f"
-"""First seven bytes of the line that the firmware logs when it has booted."""
 
-NO_ECHO = 65.535
+NO_ECHO_M = 65.535
 
 
 class Probe:
@@ -19,7 +19,7 @@ class Probe:
             "cause": "None",
             "reset_cause": "Unknown",
             "parameter_status": "None",
-            "sonar_m": NO_ECHO,
+            "sonar_m": NO_ECHO_M,
             "boots": 0.0,
         }
         self.events: list[tuple[float, str]] = []

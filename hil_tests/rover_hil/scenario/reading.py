@@ -27,7 +27,7 @@ from rover_hil.scenario.language import (
     Scenario,
 )
 
-LONGEST = 600.0
+MAX_DURATION_S = 600.0
 PLANT_SECTIONS = ("drive", "battery", "sonar", "camera")
 TOP_KEYS = (
     *("name", "description", "rigs", "seed", "transport", "max_duration_s", "settle_s"),
@@ -39,7 +39,7 @@ EXPECT_KEYS = ("name", "after", "within_s", "not_before_s", "from_s")
 NEVER_KEYS = ("name", "after", "until")
 FIELD_KEYS = ("width_m", "height_m", "launch", "obstacles")
 # Metres and degrees beyond which a field's numbers make no sense.
-MAX_COORDINATE = 1e4
+MAX_COORDINATE_M = 1e4
 
 
 def load_scenario(path: Path) -> Scenario:
@@ -71,8 +71,8 @@ def _scenario(top: Table) -> Scenario:
         rigs=rigs,
         seed=top.integer("seed", 0, 2**32 - 1, 1),
         transport=transport,
-        max_duration=top.number("max_duration_s", 0.5, LONGEST, 20.0),
-        settle=top.number("settle_s", 0.0, LONGEST, 0.3),
+        max_duration=top.number("max_duration_s", 0.5, MAX_DURATION_S, 20.0),
+        settle=top.number("settle_s", 0.0, MAX_DURATION_S, 0.3),
         field=_field(top.table("field")),
         drive=drive,
         parameters=_parameters(top.table("parameters")),
@@ -124,12 +124,12 @@ def _injection(table: Table, number: int, mission: str | None) -> Injection:
     if mission is not None and fault not in catalogue.IN_MISSIONS:
         known = ", ".join(catalogue.IN_MISSIONS)
         raise table.error("fault", f"{fault!r}, which is for scripted drives; in a mission there is {known}")
-    at = table.number("at_s", 0.0, LONGEST) if table.has("at_s") else None
+    at = table.number("at_s", 0.0, MAX_DURATION_S) if table.has("at_s") else None
     when = table.text("when") if table.has("when") else None
     after = table.text("after") if table.has("after") else None
     if when is not None and (at is not None or after is not None):
         raise table.error("when", "stands beside at_s or after: give one or the other")
-    duration = table.number("duration_s", 0.001, LONGEST) if table.has("duration_s") else None
+    duration = table.number("duration_s", 0.001, MAX_DURATION_S) if table.has("duration_s") else None
     if duration is not None and not kind.lasting:
         raise table.error("duration_s", f"has no meaning: {fault} happens once")
     return Injection(
@@ -157,7 +157,7 @@ def read_fault(table: Table, faults: Sequence[str], rig: str, transport: str) ->
         when=None,
         when_text="",
         after=None,
-        duration=table.number("duration_s", 0.001, LONGEST) if table.has("duration_s") else None,
+        duration=table.number("duration_s", 0.001, MAX_DURATION_S) if table.has("duration_s") else None,
         parameters={name: _parameter(table, name, spec) for name, spec in kind.parameters.items()},
     )
     _check_possible(table, injection, (rig,), transport)
@@ -233,9 +233,9 @@ def _expectation(table: Table, number: int, events: list[str]) -> Expectation:
     expectation = Expectation(
         name=table.text("name", f"expect-{number}"),
         after=_after(table, events),
-        within=table.number("within_s", 0.001, LONGEST),
-        not_before=table.number("not_before_s", 0.0, LONGEST, 0.0),
-        begin=table.number("from_s", 0.0, LONGEST, 0.0),
+        within=table.number("within_s", 0.001, MAX_DURATION_S),
+        not_before=table.number("not_before_s", 0.0, MAX_DURATION_S, 0.0),
+        begin=table.number("from_s", 0.0, MAX_DURATION_S, 0.0),
         checks=read_checks(table, moved=True),
     )
     if not expectation.checks:
@@ -262,8 +262,8 @@ def _prohibition(table: Table, number: int, events: list[str]) -> Prohibition:
 def _field(table: Table) -> Field:
     default = Field()
     table.only(*FIELD_KEYS)
-    circles = table.rows("obstacles", ("x", "y", "radius"), -MAX_COORDINATE, MAX_COORDINATE)
-    x, y, heading = table.row("launch", ("x", "y", "heading"), -MAX_COORDINATE, MAX_COORDINATE, default.launch)
+    circles = table.rows("obstacles", ("x", "y", "radius"), -MAX_COORDINATE_M, MAX_COORDINATE_M)
+    x, y, heading = table.row("launch", ("x", "y", "heading"), -MAX_COORDINATE_M, MAX_COORDINATE_M, default.launch)
     ground = Field(
         table.number("width_m", 0.6, 50.0, default.width),
         table.number("height_m", 0.6, 50.0, default.height),

@@ -18,36 +18,36 @@ from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
 from rover_hil.scenario.language import Scenario
 from rover_hil.scenario.probe import Probe
 from rover_hil.scenario.wire_faults import WireFaults
-from rover_hil.scenario.world_faults import POST_HEIGHT
+from rover_hil.scenario.world_faults import POST_HEIGHT_M
 
-RESOLUTION = 0.1
-MARGIN = 1.0
+RESOLUTION_M = 0.1
+MARGIN_M = 1.0
+# First exposure: after the end of any run.
 NO_CAMERA_US = 10**15
-"""First exposure: after the end of any run."""
 
 
 def build_stage(scenario: Scenario) -> Plant:
     """The plant; the same scenario gives the same. Raises BadInput for what `[plant]` gets wrong."""
     field = scenario.field
     shape = (
-        round((field.height + 2.0 * MARGIN) / RESOLUTION),
-        round((field.width + 2.0 * MARGIN) / RESOLUTION),
+        round((field.height + 2.0 * MARGIN_M) / RESOLUTION_M),
+        round((field.width + 2.0 * MARGIN_M) / RESOLUTION_M),
     )
     x, y, heading = field.launch
     parts = {name: dict(values) for name, values in scenario.plant.items()}
     parts.setdefault("camera", {})["first_exposure_us"] = NO_CAMERA_US
     config = {
         "seed": scenario.seed,
-        "raster_origin_x": -MARGIN,
-        "raster_origin_y": -MARGIN,
-        "raster_resolution": RESOLUTION,
+        "raster_origin_x": -MARGIN_M,
+        "raster_origin_y": -MARGIN_M,
+        "raster_resolution": RESOLUTION_M,
         "area_width": field.width,
         "area_height": field.height,
         "launch": {"x": x, "y": y, "heading": math.radians(heading)},
         "baud": baud_of(scenario.transport),
         **parts,
     }
-    obstacles = [[x, y, radius, POST_HEIGHT] for x, y, radius in field.obstacles]
+    obstacles = [[x, y, radius, POST_HEIGHT_M] for x, y, radius in field.obstacles]
     try:
         return Plant(
             json.dumps(config),

@@ -14,12 +14,12 @@ from rover_hil.scenario.language import START, Injection, Scenario
 from rover_hil.scenario.observation import Moment, Track
 from rover_hil.scenario.probe import Probe
 
+# The world is looked at this often: the resolution of every time in a scenario.
 STEP_US = 5_000
-"""The world is looked at this often: the resolution of every time in a scenario."""
 
 LOOK_EVERY = 10
-FAR = 99.0
-"""Clearance when there is nothing to keep clear of, metres."""
+# Clearance when there is nothing to keep clear of, metres.
+FAR_M = 99.0
 
 Extra = Callable[[float, float], dict[str, float]]
 """From the rover's true x and y to more of what is observed."""
@@ -199,6 +199,6 @@ def look_at_referee(plant: Plant) -> dict[str, float]:
     clearance = verdict["min_clearance_m"]
     return {
         "collisions": float(verdict["collisions"] or 0),
-        "clearance_m": FAR if clearance is None else float(clearance),
+        "clearance_m": FAR_M if clearance is None else float(clearance),
         "unseen_m2": float(verdict["unseen_ground_m2"] or 0.0),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rover.vehicle import STANDARD
 from rover_plant import Plant
 
 from rover_hil.scenario.board_faults import FaultyRig
@@ -14,8 +15,7 @@ OF_A_WHEEL = ("encoder-stuck", "encoder-reversed", "motor-stalled", "motor-open"
 OF_A_SONAR = ("sonar-dead", "sonar-deaf", "sonar-near")
 OF_THE_ROVER = ("encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
 END_BY_THEMSELVES = ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead", "carried-away")
-FOOTPRINT = 0.15
-POST_HEIGHT = 0.5
+POST_HEIGHT_M = 0.5
 
 
 class WorldFaults:
@@ -72,5 +72,5 @@ class WorldFaults:
         x, y, heading = self._plant.pose()
         radius = injection.number("radius_m")
         bearing = heading + math.radians(injection.number("bearing_deg"))
-        reach = FOOTPRINT + injection.number("distance_m") + radius
-        self._plant.add_obstacle(x + reach * math.cos(bearing), y + reach * math.sin(bearing), radius, POST_HEIGHT)
+        reach = STANDARD.radius + injection.number("distance_m") + radius
+        self._plant.add_obstacle(x + reach * math.cos(bearing), y + reach * math.sin(bearing), radius, POST_HEIGHT_M)

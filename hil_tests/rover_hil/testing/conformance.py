@@ -19,14 +19,14 @@ from rover_protocol.rig_tick import TickReply
 from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.tick_recorder import Tick
 
+# Fields that tell one from the other.
 IDENTITY = {"HelloReply": {"board"}, "HelloBuild": {"git_hash"}}
-"""Fields that tell one from the other."""
 CLOCK_FIELDS = ("receive_time", "turnaround")
+# Between the ends of a request's last byte and the driver's look at the clock.
 CLOCK_TOLERANCE_US = 3
-"""Between the ends of a request's last byte and the driver's look at the clock."""
+# Fields that may differ by one where two edges of the board meet: an echo that ends while the UART is served counts a
+# millimetre more, and a status written in the millisecond in which a segment comes counts it or not.
 OFF_BY_ONE = {"Sonar": ("range",), "MotionStatus": ("next_index", "free_slots", "queued")}
-"""Fields that may differ by one where two edges of the board meet: an echo that ends while the UART is served counts a
-millimetre more, and a status written in the millisecond in which a segment comes counts it or not."""
 
 
 @dataclass(frozen=True)

@@ -7,28 +7,29 @@ from collections.abc import Callable
 from typing import Any
 
 import serial
+from rover.link.baud import DEFAULT_BAUD
 from rover_protocol import framing, messages
 
 from rover_hil.named_values import named_values
 from rover_hil.testing.rigs import Client
 
 SESSION = 77
-PATIENCE = 2.0
-"""Seconds to wait for bytes that have been announced."""
+# Seconds to wait for bytes that have been announced.
+READ_TIMEOUT_S = 2.0
 
+# Duration in µs and jerk of travel in µm/s³: up to 0.25 m/s within a second, then on.
 SEGMENTS = ((500_000, 1_000_000), (500_000, -1_000_000), (8_000_000, 0))
-"""Duration in µs and jerk of travel in µm/s³: up to 0.25 m/s within a second, then on."""
 
 START_DELAY_US = 100_000
+# From power-on until a board listens, with a margin.
 BOOT_US = 100_000
-"""From power-on until a board listens, with a margin."""
 
 
 class FirmwareTalk:
     """An open port with a decoder: everything received stays, by the name of its message."""
 
     def __init__(self, port: str) -> None:
-        self._serial = serial.Serial(port, 230_400, timeout=PATIENCE)
+        self._serial = serial.Serial(port, DEFAULT_BAUD, timeout=READ_TIMEOUT_S)
         self.decoder = framing.Decoder()
         self.bytes_read = 0
         self._written = 0

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from rover_plant import Clock, Processor
 
 SRAM, STACK = 0x2000_0000, 0x2004_0000
+# `b .`
 FOREVER = 0xE7FE
-"""`b .`"""
 
 
 def start(program: Sequence[int]) -> tuple[Clock, Processor, bytearray]:

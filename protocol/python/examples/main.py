@@ -8,7 +8,8 @@ from node import Node
 UART_NUMBER, BAUD = 0, 230_400
 TRIGGER, ECHO, LED = 10, 11, 25
 PING_MS = 60
-ECHO_TIMEOUT_US = 25_000  # 4.3 m there and back
+# 4.3 m there and back.
+ECHO_TIMEOUT_US = 25_000
 
 
 class Clock:

@@ -9,7 +9,8 @@ from rover_protocol import framing, messages
 HEARTBEAT_US = 100_000
 COMPANION_SILENT_US = 300_000
 VERSION = (0, 1, 0)
-MILLIMETRES_PER_SECOND = 343_000  # sound in air at 20 °C
+# Sound in air at 20 °C.
+MILLIMETRES_PER_SECOND = 343_000
 SILENT_PINGS_OF_A_DEAD_SENSOR = 10
 NO_RANGE = 0xFFFF
 HANDSHAKE_DONE = 1

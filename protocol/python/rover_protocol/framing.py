@@ -8,7 +8,8 @@ receiver counts its gaps.
 MAX_PAYLOAD = 8
 OVERHEAD = 5
 MAX_BODY = OVERHEAD + MAX_PAYLOAD
-DELIMITERS = 3  # a zero at both ends, and the first COBS code byte
+# A zero at both ends, and the first COBS code byte.
+DELIMITERS = 3
 MAX_FRAME = MAX_BODY + DELIMITERS
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from rover.planning import CircleField, GridField
+from rover.vehicle import STANDARD
 
 Point = tuple[float, float]
 
@@ -25,8 +26,9 @@ PAPER_OBSTACLES = (
 )
 PAPER_START: Point = (2.0, 0.5)
 PAPER_GOALS: tuple[Point, ...] = ((2.0, 2.5), (1.2, 3.5))
-PAPER_OPTIMUM = 3.580  # visibility graph over 48-sided circles
-RADIUS = 0.15
+# Visibility graph over 48-sided circles.
+PAPER_OPTIMUM = 3.580
+RADIUS = STANDARD.radius
 RESOLUTION = 0.05
 
 

@@ -11,8 +11,8 @@ from scipy.stats import chi2
 from tools.bench.__main__ import BENCHES, main
 from tools.bench.vision.tables import chi_squared
 
+# Packages that `make setup` does not install.
 DEVELOPMENT = ("scipy", "sklearn", "skl2onnx", "onnx", "toppra", "pymavlink", "psutil", "ompl")
-"""Packages that `make setup` does not install."""
 
 WITHOUT_THEM = f"""
 import sys

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.planning.fields import CircleField, GridField
 from rover.planning.planner import plan
+from rover.vehicle import STANDARD
 
 Array = NDArray[np.float64]
 
-ROBOT_RADIUS_M = 0.15
+ROBOT_RADIUS_M = STANDARD.radius
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from rover.vision.localization.localizer import Localizer, LocalizerSettings
 from rover_hil.ground import build
 from rover_hil.plant_config import build_plant
 
-from tools.bench.vision.way import STEP, Drive, along, circuit, free_place, reported, wander
+from tools.bench.vision.way import STEP_M, Drive, along, circuit, free_place, reported, wander
 from tools.train.ground.fields import Field, draw_pattern, expose
 
 FRAME_STEPS, LATENCY_STEPS = 6, 3
@@ -74,7 +74,7 @@ class Scene:
     def frame(self, pose: Pose2, step: int) -> Frame:
         """The frame exposed at `step`."""
         shown = expose(self.field, self.camera, pose, self.pattern, self.rng)
-        return Frame(shown.counts, step * STEP, step // FRAME_STEPS)
+        return Frame(shown.counts, step * STEP_M, step // FRAME_STEPS)
 
 
 def scene(camera: CameraModel, seed: int) -> Scene | None:
@@ -132,7 +132,7 @@ def follow(at: Scene, drive: Drive, settings: LocalizerSettings | None = None, f
     alone = Localizer(at.camera, told, START_SIGMA, replace(settings, motion="frames"))
     late: list[tuple[int, Frame]] = []
     for step in range(1, len(drive.poses)):
-        run.localizer.predict(step * STEP, drive.left[step - 1], drive.right[step - 1])
+        run.localizer.predict(step * STEP_M, drive.left[step - 1], drive.right[step - 1])
         truth = drive.poses[step]
         if step % FRAME_STEPS == 0:
             late.append((step, at.frame(truth, step)))

@@ -10,7 +10,7 @@ from rover.geometry import Pose2
 from rover.vision.localization.localizer import Localizer
 
 from tools.bench.vision.drives import FRAME_STEPS, Scene
-from tools.bench.vision.way import STEP, Drive
+from tools.bench.vision.way import STEP_M, Drive
 
 # Frames shown after each kidnap; the rover stands meanwhile.
 FRAMES = 8
@@ -69,7 +69,7 @@ def kidnap(at: Scene, drive: Drive, localizer: Localizer, times: int, known: boo
         found = 0
         for count in range(1, FRAMES + 1):
             step += FRAME_STEPS
-            localizer.predict(step * STEP, 0.0, 0.0)
+            localizer.predict(step * STEP_M, 0.0, 0.0)
             fix = localizer.observe(at.frame(pose, step))
             if fix.reason == "relocated" and not found:
                 found = count

@@ -27,7 +27,7 @@ from tools.bench.vision.truth import Picture, Points
 
 LIST = Path(__file__).with_name("landmines_pairs.csv")
 # Mean distance of the corners from where they were found right.
-WRONG_PX = 10.0
+MIN_WRONG_PX = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Judged:
         height, width = shape[:2]
         corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
         apart = np.linalg.norm(apply_homography(homography, corners) - self.corners, axis=1)
-        return float(apart.mean()) > WRONG_PX
+        return float(apart.mean()) > MIN_WRONG_PX
 
 
 def judged_pairs() -> list[Judged]:

@@ -10,7 +10,7 @@ Points = NDArray[np.float64]
 Picture = NDArray[np.uint8] | NDArray[np.uint16]
 PlainFeatures = tuple[Points, NDArray[np.uint8]]
 FEATURES = 2000
-RANSAC_PX = 3.0
+MAX_RANSAC_PX = 3.0
 MIN_MATCHES = 8
 
 
@@ -30,7 +30,7 @@ def plain_homography(a: PlainFeatures, b: PlainFeatures) -> Points | None:
         return None
     points_a, points_b = a[0][[m.queryIdx for m in matches]], b[0][[m.trainIdx for m in matches]]
     cv2.setRNGSeed(1)
-    homography, _ = cv2.findHomography(points_a, points_b, cv2.RANSAC, RANSAC_PX)
+    homography, _ = cv2.findHomography(points_a, points_b, cv2.RANSAC, MAX_RANSAC_PX)
     return None if homography is None else np.asarray(homography, np.float64)
 
 

@@ -22,11 +22,11 @@ from rover.vision.registration.matching import hamming, mutual_matches
 from rover.vision.registration.preprocess import Preprocessor
 
 from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, Scene, random_drive, scenes
-from tools.bench.vision.way import STEP, Drive
+from tools.bench.vision.way import STEP_M, Drive
 
 # The frame that is shown, and the one before it that it is matched with, in steps of the drive.
 EARLIER, LATER = 40, 40 + 2 * FRAME_STEPS
-INLIER_M = 0.03
+MAX_INLIER_M = 0.03
 LENGTH_M, SLIP = 8.0, 0.05
 INLIER, OUTLIER = "limegreen", "red"
 COLOURS = {"truth": "black", "wheels and frames": "limegreen", "frames alone": "deepskyblue", "wheels alone": "red"}
@@ -63,7 +63,7 @@ def _matches(axes: Axes, at: Scene, earlier: Frame, later: Frame) -> None:
     fits = np.zeros(len(rows), dtype=bool)
     if found is not None:
         off = found.pose.transform(seen.ground[rows]) - known.ground[columns]
-        fits = np.hypot(off[:, 0], off[:, 1]) < INLIER_M
+        fits = np.hypot(off[:, 0], off[:, 1]) < MAX_INLIER_M
     chain = Preprocessor(settings.preprocess)
     laid = np.ma.masked_where(view.mask == 0, chain.to_8_bit(view.look(chain.clean(later.counts))))
     x_min, x_max, y_min, y_max = view.bounds
@@ -85,7 +85,7 @@ def _drives(axes: Axes, at: Scene, drive: Drive) -> None:
     alone = Localizer(at.camera, drive.poses[0], START_SIGMA, LocalizerSettings(motion="frames"))
     estimates: dict[str, list[Pose2]] = {name: [] for name in COLOURS}
     for step in range(1, len(drive.poses)):
-        fused.predict(step * STEP, drive.left[step - 1], drive.right[step - 1])
+        fused.predict(step * STEP_M, drive.left[step - 1], drive.right[step - 1])
         if step % FRAME_STEPS == 0:
             frame = at.frame(drive.poses[step], step)
             fused.observe(frame)

@@ -9,7 +9,7 @@ from rover.vision.camera.file import load_camera
 from rover.vision.localization.localizer import Localizer
 
 from tools.bench.vision.drives import FRAME_STEPS, START_SIGMA, random_drive, scenes
-from tools.bench.vision.way import STEP
+from tools.bench.vision.way import STEP_M
 
 STAGES = ("clean", "ground view", "contrast", "features", "match", "cluster", "pose", "filter", "keyframe")
 LIMITS_MS = {"lepton-160": 5.0, "e6390-320": 10.0}
@@ -50,7 +50,7 @@ def _measure(name: str, first: int, length: float) -> dict[str, str]:
     localizer = Localizer(camera, drive.poses[0], START_SIGMA, mark=clock.mark)
     frames: list[dict[str, float]] = []
     for step in range(1, len(drive.poses)):
-        localizer.predict(step * STEP, drive.left[step - 1], drive.right[step - 1])
+        localizer.predict(step * STEP_M, drive.left[step - 1], drive.right[step - 1])
         if step % FRAME_STEPS == 0:
             frame = at.frame(drive.poses[step], step)
             clock.start()

@@ -11,7 +11,7 @@ from rover.vision.camera.file import load_camera
 
 from tools.bench.vision.drives import FRAME_STEPS, Track, follow, loops, random_drive, scenes
 from tools.bench.vision.kidnap import Outcome, kidnap
-from tools.bench.vision.way import STEP
+from tools.bench.vision.way import STEP_M
 
 FREEDOM = 3
 
@@ -88,7 +88,7 @@ def loop_table(camera_name: str, count: int, first: int, slip: float, times: int
         rms = [run.fused.rms_m(k * frames, (k + 1) * frames) * 100.0 for k in range(times)]
         wheels = run.wheels.rms_m(-frames) * 100.0
         metres = sum(a.distance(b) for a, b in itertools.pairwise(drive.poses)) / times
-        seconds = steps * STEP
+        seconds = steps * STEP_M
         rows.append(
             f"| {metres:.1f} m, {seconds:.0f} s | " + " | ".join(f"{v:.1f}" for v in rms) + f" | {wheels:.0f} |"
         )

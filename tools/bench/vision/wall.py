@@ -17,7 +17,7 @@ from tools.bench.vision.registration import corner_error
 from tools.bench.vision.truth import facade
 
 APART = {"1": (1, 1), "2": (2, 2), "3": (3, 3), "4 to 25": (4, 25)}
-OFF_PX = 10.0
+MIN_OFF_PX = 10.0
 
 
 def wall_table(data: Path) -> str:
@@ -36,7 +36,7 @@ def wall_table(data: Path) -> str:
                 continue
             errors.append(corner_error(found, wall.across(a, b), wall.pictures[a].shape))
             moved += marker_transfer(wall, a, b, found)
-            if errors[-1] > OFF_PX:
+            if errors[-1] > MIN_OFF_PX:
                 off.append(f"{a}→{b} {errors[-1]:.0f}")
         lines.append(
             f"| {name} | {len(pairs)} | {len(errors)} | {np.median(errors):.2f} | {np.percentile(errors, 90):.1f} | "
@@ -45,7 +45,7 @@ def wall_table(data: Path) -> str:
     plane = [d for k in range(len(every) - 1) for d in marker_transfer(wall, k, k + 1, wall.across(k, k + 1))]
     lines += [
         "",
-        f"Corners off the wall's plane by over {OFF_PX:g} px: {', '.join(off) or 'none'}.",
+        f"Corners off the wall's plane by over {MIN_OFF_PX:g} px: {', '.join(off) or 'none'}.",
         f"The plane itself, by survey and poses, transfers the markers between neighbours with "
         f"{np.median(plane):.1f} px (median; {max(plane):.1f} at most).",
     ]

@@ -12,11 +12,11 @@ from rover.geometry import Pose2, wrap_angle
 from rover.vehicle import Vehicle
 from rover_hil.ground import Ground
 
-STEP = 0.02
+STEP_M = 0.02
 SPEED, ACCELERATION = 0.25, 0.5
 TURN_SPEED, TURN_ACCELERATION = 1.1, 3.0
 CLEARANCE, MARGIN = 0.18, 0.35
-SHORTEST_LEG = 0.5
+MIN_LEG_M = 0.5
 # Slip wanders within a third of its bound and forgets itself over half a metre.
 WANDER_SHARE, WANDER_LENGTH = 1.0 / 3.0, 0.5
 
@@ -25,7 +25,7 @@ Place = tuple[float, float]
 
 @dataclass(frozen=True)
 class Drive:
-    """poses: the truth every STEP. left, right: what the wheels report for each step between them, metres."""
+    """poses: the truth every STEP_M. left, right: what the wheels report for each step between them, metres."""
 
     poses: list[Pose2]
     left: list[float]
@@ -47,15 +47,15 @@ def along(start: Pose2, places: Sequence[Place]) -> list[Pose2]:
 
 
 def _trapezoid(length: float, speed: float, acceleration: float) -> list[float]:
-    """Positions every STEP from rest to rest, ending exactly at `length`."""
+    """Positions every STEP_M from rest to rest, ending exactly at `length`."""
     peak = min(speed, math.sqrt(length * acceleration))
     if peak <= 0.0:
         return []
     ramp = peak / acceleration
     total = length / peak + ramp
     made = []
-    for step in range(1, math.ceil(total / STEP) + 1):
-        t = min(step * STEP, total)
+    for step in range(1, math.ceil(total / STEP_M) + 1):
+        t = min(step * STEP_M, total)
         rest = total - t
         if t < ramp:
             made.append(0.5 * acceleration * t * t)
@@ -90,7 +90,7 @@ def wander(ground: Ground, start: Place, length: float, rng: np.random.Generator
     while driven < length:
         there = free_place(ground, rng)
         leg = math.dist(here, there)
-        if leg >= SHORTEST_LEG and is_free(here, there, ground):
+        if leg >= MIN_LEG_M and is_free(here, there, ground):
             places.append(there)
             here, driven = there, driven + leg
     return places
@@ -101,7 +101,7 @@ def circuit(ground: Ground, rng: np.random.Generator) -> list[Place]:
     while True:
         first = free_place(ground, rng)
         places = [first, *wander(ground, first, 2.5, rng)]
-        if is_free(places[-1], first, ground) and math.dist(places[-1], first) >= SHORTEST_LEG:
+        if is_free(places[-1], first, ground) and math.dist(places[-1], first) >= MIN_LEG_M:
             return places
 
 

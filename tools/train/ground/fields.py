@@ -16,7 +16,7 @@ from rover.mission import config
 from rover.vision.camera.model import CameraModel
 from rover_hil.ground import Ground, Mine, build, daily_contrasts, lay_signature
 from rover_hil.ground.field import lay_casing
-from rover_hil.ground.signature import MINE_RADIUS
+from rover_hil.ground.signature import MINE_RADIUS_M, SURFACE_MINE_RADII_M
 from rover_hil.ground.soils import soil_named
 from rover_hil.ground.things import at_hour, lay_pebbles
 from rover_hil.plant_config import build_plant
@@ -104,9 +104,9 @@ def _with_mines(ground: Ground, rng: np.random.Generator) -> Ground:
             continue
         depth = float(rng.choice(DEPTHS))
         # Casings on the ground differ in size; buried ones are the reference disc.
-        radius = float(rng.uniform(0.050, 0.060)) if depth == 0.0 else MINE_RADIUS
+        radius = float(rng.uniform(*SURFACE_MINE_RADII_M)) if depth == 0.0 else MINE_RADIUS_M
         profile = day.profile(depth, ground.hour, day.contrast.radius)
-        lay_signature(ground.temperature, ground.grid, (x, y), day.contrast.radius * (radius / MINE_RADIUS), profile)
+        lay_signature(ground.temperature, ground.grid, (x, y), day.contrast.radius * (radius / MINE_RADIUS_M), profile)
         if depth == 0.0:
             lay_casing(ground.height, ground.grid, (x, y, radius))
         peak = float(profile[np.argmax(np.abs(profile))])

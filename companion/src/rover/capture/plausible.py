@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture.frame import KELVIN_PER_COUNT, Frame
+from rover.capture.radiometry import ZERO_CELSIUS
 
 # The hundredth part of a picture may be colder or warmer: sky, a fire, dead pixels.
 PERCENTILES = (1.0, 99.0)
@@ -60,7 +61,7 @@ def doubt(counts: NDArray[np.uint16], kelvin_per_count: float | None) -> str | N
     low, high = _bounds(counts, kelvin_per_count)
     if high - low > MAX_SPAN_K:
         return "grey levels spread over 16 bits, no temperatures: switch AGC off"
-    return f"{low - 273.15:.0f} to {high - 273.15:.0f} °C are no temperatures of ground"
+    return f"{low - ZERO_CELSIUS:.0f} to {high - ZERO_CELSIUS:.0f} °C are no temperatures of ground"
 
 
 def jump(before: Frame, after: Frame) -> str | None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 
+# In kelvin.
 ZERO_CELSIUS = 273.15
 
 

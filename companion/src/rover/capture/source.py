@@ -18,8 +18,8 @@ from rover.errors import BadInput
 # Seconds between frames where a source has no times of its own (8.7 Hz cameras, rounded up).
 FRAME_PERIOD = 0.12
 
+# The kind that comes with the simulated rigs.
 SIMULATOR = "simulator"
-"""The kind that comes with the simulated rigs."""
 
 
 class FrameSource(Protocol):

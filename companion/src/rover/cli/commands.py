@@ -17,6 +17,7 @@ from typer.main import get_command, get_group
 from rover import plugins
 from rover.errors import Aborted
 
+# Every command of the project with a line about it, in the order of `rover --help`.
 COMMANDS: Mapping[str, str] = {
     "run": "A mission, start to report.",
     "recover": "Report and survey of a run that was cut off.",
@@ -36,10 +37,9 @@ COMMANDS: Mapping[str, str] = {
     "link": "Measures the link to the firmware.",
     "hil": "Fault scenarios on a rig, or a rig by itself.",
 }
-"""Every command of the project with a line about it, in the order of `rover --help`."""
 
+# Those that the simulated rigs bring, see `rover.plugins`.
 FROM_RIGS = ("recover", "replay", "hil")
-"""Those that the simulated rigs bring, see `rover.plugins`."""
 
 CONTEXT: Mapping[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 

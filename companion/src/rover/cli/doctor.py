@@ -31,6 +31,7 @@ Examples:
   rover doctor --json | jq '.checks[] | select(.ok | not)'
 """
 OLDEST_PYTHON = (3, 10)
+# Modules that missions import, each with the distribution it comes in.
 PACKAGES = (
     ("numpy", "numpy"),
     ("cv2", "opencv-python-headless"),
@@ -40,11 +41,10 @@ PACKAGES = (
     ("can", "python-can"),
     ("mcap", "mcap"),
 )
-"""Modules that missions import, each with the distribution it comes in."""
 
 NATIVE = "rover_native"
+# Those of python-can's interfaces that can tell what is plugged in. An slcan adapter shows as a serial port.
 CAN_INTERFACES = ("socketcan", "gs_usb", "pcan", "kvaser")
-"""Those of python-can's interfaces that can tell what is plugged in. An slcan adapter shows as a serial port."""
 
 FIRMWARE_TARGET = "thumbv6m-none-eabi"
 

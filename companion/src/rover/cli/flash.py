@@ -32,8 +32,8 @@ Examples:
   rover flash --json | jq '.self_test[] | select(.ok | not)'
 """
 
+# Where `make firmware` puts it, in a checkout.
 BUILT = Path(__file__).resolve().parents[4] / "firmware" / "build"
-"""Where `make firmware` puts it, in a checkout."""
 
 CHIPS = {"RP2040": "RP2040", "RP2350": "RP235x"}
 

@@ -18,8 +18,8 @@ from rich.table import Table
 if TYPE_CHECKING:
     from rover.mission.loop import Status
 
+# Seconds of mission time between two plain lines.
 LINE_PERIOD = 10.0
-"""Seconds of mission time between two plain lines."""
 
 
 class MissionView:

@@ -18,26 +18,26 @@ from rover.link.clock import Clock
 from rover.link.disturbance import Disturbance, DisturbedFrames, disturb
 from rover.link.frames import FrameTransport
 from rover.link.load import Executed, Turn, compare, turns
-from rover.link.session import DRIVEABLE, STEP, Link
+from rover.link.session import DRIVEABLE, STEP_S, Link
 from rover.link.statistics import percentile
 from rover.link.telemetry import Telemetry
 
+# Turns between two comparisons of what was sent with what was executed: five to six seconds.
 TURNS_IN_A_BLOCK = 8
-"""Turns between two comparisons of what was sent with what was executed: five to six seconds."""
 
-LEAD = 0.5
-"""Seconds ahead at which a block begins, as motion of a mission does."""
+# Seconds ahead at which a block begins, as motion of a mission does.
+LEAD_S = 0.5
 
-PAUSE = 0.1
-"""Seconds between two turns."""
+# Seconds between two turns.
+PAUSE_S = 0.1
 
-SETTLE = 0.5
-"""Seconds after the end of a block until every report of it has come, however late: five of the slowest's periods."""
+# Seconds after the end of a block until every report of it has come, however late: five of the slowest's periods.
+SETTLE_S = 0.5
 
-PATIENCE = 20.0
-"""Seconds that a block may take longer than planned."""
+# Seconds that a block may take longer than planned.
+MAX_DELAY_S = 20.0
 
-CONNECT_TIMEOUT = 10.0
+CONNECT_TIMEOUT_S = 10.0
 SEGMENT_MESSAGES = {messages.BY_NAME[name].ID for name in ("SegmentStart", "SegmentTravel", "SegmentHeading")}
 
 FirmwareTime = Callable[[], float]
@@ -101,9 +101,9 @@ class Bench:
     def run(self, seconds: float, on_progress: Callable[[float], None] | None = None) -> BenchResult:
         """Connects, arms, keeps the rover turning to and fro for about `seconds`, and disarms."""
         link, result = self._link, self.result
-        link.connect(CONNECT_TIMEOUT)
-        link.arm(CONNECT_TIMEOUT)
-        self._run_for(SETTLE)
+        link.connect(CONNECT_TIMEOUT_S)
+        link.arm(CONNECT_TIMEOUT_S)
+        self._run_for(SETTLE_S)
         self._executed.begin()
         begin = self._clock.now()
         while (elapsed := self._clock.now() - begin) < seconds:
@@ -127,15 +127,15 @@ class Bench:
 
     def _block(self, block: list[Turn]) -> None:
         before = self._reference()
-        end = self._clock.now() + LEAD - PAUSE
+        end = self._clock.now() + LEAD_S - PAUSE_S
         for turn in block:
-            end = self._link.stream.begin(turn, end + PAUSE)
-        deadline = end + PATIENCE
+            end = self._link.stream.begin(turn, end + PAUSE_S)
+        deadline = end + MAX_DELAY_S
         while not (self._link.stream.all_done and self._clock.now() > end):
             self._cycle()
             if self._clock.now() > deadline:
                 break  # what has not been executed by now shows in the comparison
-        self._run_for(SETTLE)
+        self._run_for(SETTLE_S)
         lost, repeated = compare(block, self._reference() - before)
         self.result.segments_lost += lost
         self.result.segments_repeated += repeated
@@ -158,7 +158,7 @@ class Bench:
         if self._firmware_time is not None:
             told = self._link.clock_estimate.to_firmware(self._clock.now()) * 1e-6
             self.result.clock_errors.append(abs(told - self._firmware_time()))
-        self._clock.advance(self._clock.now() + STEP)
+        self._clock.advance(self._clock.now() + STEP_S)
 
     def _events(self) -> Iterator[Telemetry]:
         yield from self._link.poll()

@@ -13,14 +13,14 @@ from rover.link.uf2 import RP2040, RP2350_ARM, RP2350_ARM_NON_SECURE, RP2350_RIS
 
 INFO_FILE = "INFO_UF2.TXT"
 MOUNT_PATTERNS = ("/media/*", "/media/*/*", "/run/media/*/*", "/Volumes/*", "/mnt", "/mnt/*")
+# Names of the drives; on Linux an unmounted one shows under its name.
 LABELS = ("RPI-RP2", "RP2350")
-"""Names of the drives; on Linux an unmounted one shows under its name."""
 
 LABEL_FOLDER = Path("/dev/disk/by-label")
 FAMILIES = {"RPI-RP2": frozenset({RP2040}), "RP2350": frozenset({RP2350_ARM, RP2350_RISCV, RP2350_ARM_NON_SECURE})}
-CHUNK = 64 * 512
+CHUNK_BYTES = 64 * 512
+# What is said of a drive that has gone: a board restarts as soon as it has the last block.
 GONE = (errno.EIO, errno.ENODEV, errno.ENXIO, errno.ENOENT)
-"""What is said of a drive that has gone: a board restarts as soon as it has the last block."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def write(drive: BootDrive, firmware: Uf2, on_progress: Callable[[int, int], Non
     try:
         with target.open("wb", buffering=0) as file:
             while written < total:
-                written += file.write(firmware.content[written : written + CHUNK])
+                written += file.write(firmware.content[written : written + CHUNK_BYTES])
                 os.fsync(file.fileno())
                 on_progress(written, total)
     except OSError as error:

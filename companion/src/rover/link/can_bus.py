@@ -14,14 +14,14 @@ from rover.link.clock import WallClock
 from rover.link.frames import Counters, Frame, FrameTransport
 from rover.link.port import CAN_BITRATE, CAN_FRAME_BITS, CanPort
 
-SEND_TIMEOUT = 2.0
-"""Seconds until a bus that takes no frame counts as lost."""
+# Seconds until a bus that takes no frame counts as lost.
+SEND_TIMEOUT_S = 2.0
 
+# What python-can's interfaces raise when the bus or its adapter is gone.
 BUS_ERRORS = (can.CanError, OSError)
-"""What python-can's interfaces raise when the bus or its adapter is gone."""
 
+# What slcan raises for a line that is no frame.
 GARBLED = (ValueError, IndexError)
-"""What slcan raises for a line that is no frame."""
 
 
 class CanTransport(FrameTransport):
@@ -72,7 +72,7 @@ class CanTransport(FrameTransport):
         if self._failure is not None:
             raise LinkLost(self._failure)
         try:
-            self._bus.send(message_of(identifier, payload), timeout=SEND_TIMEOUT)
+            self._bus.send(message_of(identifier, payload), timeout=SEND_TIMEOUT_S)
         except (*BUS_ERRORS, TypeError) as error:  # a serial adapter that was closed meanwhile raises TypeError
             raise LinkLost(f"link lost: {self.port}: {one_line(error)}") from error
         self._written += self.wire_bytes(len(payload))

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 from rover.link.unwrap import unwrap
 
-WINDOW = 128
-"""Samples kept: 64 s at two a second."""
+# Samples kept: 64 s at two a second.
+MAX_SAMPLES = 128
 
-STEADIEST = 20e-6
-"""Seconds of error that even a sample without delay may have: what stamping it costs at both ends."""
+# Seconds of error that even a sample without delay may have: what stamping it costs at both ends.
+MIN_ERROR_S = 20e-6
 
-FEW = 4
-"""Samples above the shortest that show how far short round trips scatter."""
+# Samples above the shortest that show how far short round trips scatter.
+SCATTER_SAMPLES = 4
 
-DRIFT = 50e-6
-"""Seconds per second by which two crystals commonly differ: what is believed of the drift until samples show it."""
+# Seconds per second by which two crystals commonly differ: what is believed of the drift until samples show it.
+DRIFT_SIGMA = 50e-6
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,14 @@ def fit_clock(samples: list[Sample], time_step: float = 0.0) -> ClockFit:
     shortest = excesses[0]
     # A delay d that is spread at random over both ways puts a sample off by d / sqrt(12). What all samples have in
     # common cannot be told from the way itself; how far the shortest few lie apart tells how well it is known.
-    steadiest = STEADIEST + (excesses[min(FEW, len(excesses) - 1)] - shortest) / math.sqrt(12.0)
+    steadiest = MIN_ERROR_S + (excesses[min(SCATTER_SAMPLES, len(excesses) - 1)] - shortest) / math.sqrt(12.0)
     weights = [1.0 / (steadiest + (sample.excess - shortest) / math.sqrt(12.0)) ** 2 for sample in samples]
     total = sum(weights)
     origin = sum(w * s.time for w, s in zip(weights, samples, strict=True)) / total
     offset = sum(w * (s.firmware - s.time) for w, s in zip(weights, samples, strict=True)) / total
     square = sum(w * (s.time - origin) ** 2 for w, s in zip(weights, samples, strict=True))
     slope = sum(w * (s.time - origin) * (s.firmware - s.time - offset) for w, s in zip(weights, samples, strict=True))
-    drift = slope / (square + 1.0 / DRIFT**2)
+    drift = slope / (square + 1.0 / DRIFT_SIGMA**2)
     bound = time_step + 0.5 * shortest + 2.0 / math.sqrt(total) + 0.5e-6
     return ClockFit(origin, offset, drift, bound)
 
@@ -75,7 +75,7 @@ class ClockEstimate:
         self.time_step = time_step
         self.count = 0
         self.round_trip = math.inf
-        self._samples: deque[Sample] = deque(maxlen=WINDOW)
+        self._samples: deque[Sample] = deque(maxlen=MAX_SAMPLES)
         self._fit: ClockFit | None = None
 
     @property

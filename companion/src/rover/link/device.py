@@ -20,8 +20,8 @@ from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
 from rover.link.intake import Cycle, OnCycle, TappedWire
 
-LATE = 0.001
-"""Seconds by which a cycle may begin late without being counted: what a sleep of the system is off by."""
+# Seconds by which a cycle may begin late without being counted: what a sleep of the system is off by.
+MAX_LATE_S = 0.001
 
 COUNTS = 1 << 16
 
@@ -71,7 +71,7 @@ class DeviceRig:
         due, real = _whole(self.cycle.time + period), _whole(self._clock.now())
         self._cycles += 1
         self._longest = max(self._longest, real - self.cycle.time, period)
-        if real <= due + LATE:
+        if real <= due + MAX_LATE_S:
             return due
         self._overruns += 1
         return real

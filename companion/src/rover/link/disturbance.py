@@ -17,8 +17,8 @@ from rover.link.port import CAN_FRAME_BITS
 from rover.link.transport import Chunk, Transport
 from rover.link.wire_around import BytesAround, WireAround
 
+# Frames that pass one that is reordered.
 OVERTAKEN_BY = 3
-"""Frames that pass one that is reordered."""
 
 
 @dataclass(frozen=True)

@@ -17,17 +17,17 @@ from rover.link.baud import DEFAULT_BAUD
 from rover.link.boot_drive import MOUNT_PATTERNS, BootDrive, find_drives, read_drive, unmounted
 from rover.link.clock import WallClock
 from rover.link.opening import open_frames
-from rover.link.session import STEP, Link
+from rover.link.session import STEP_S, Link
 
+# Vendor and product of the firmware's own USB port (firmware/pico).
 USB_IDENTITY = (0x2E8A, 0x000A)
-"""Vendor and product of the firmware's own USB port (firmware/pico)."""
 
 INTO_BOOTLOADER = 0x424F_4F54
-DRIVE_TIMEOUT = 20.0
-"""Seconds from the reboot until the drive is mounted; a desktop takes two or three."""
+# Seconds from the reboot until the drive is mounted; a desktop takes two or three.
+DRIVE_TIMEOUT_S = 20.0
 
-PORT_TIMEOUT = 20.0
-PERIOD = 0.2
+PORT_TIMEOUT_S = 20.0
+POLL_PERIOD_S = 0.2
 NOTHING_FOUND = (
     "no board found. Hold its BOOTSEL button while you plug it in: a drive named RPI-RP2 or RP2350 appears; or name "
     "the port of a running rover with --port; or connect a debug probe and install probe-rs"
@@ -72,12 +72,12 @@ def into_bootloader(port: str, baud: int = DEFAULT_BAUD) -> None:
         with contextlib.suppress(LinkLost):  # a port that goes away is what was asked for
             for _ in range(3):
                 link.wire.send("Reboot", clock.now(), magic=INTO_BOOTLOADER)
-                clock.advance(clock.now() + STEP)
+                clock.advance(clock.now() + STEP_S)
     finally:
         link.close()
 
 
-def wait_for_drive(folder: Path | None, patterns: Iterable[str], timeout: float = DRIVE_TIMEOUT) -> BootDrive:
+def wait_for_drive(folder: Path | None, patterns: Iterable[str], timeout: float = DRIVE_TIMEOUT_S) -> BootDrive:
     """The drive of a board that was told to show it. Raises PreflightFailed that says what to do."""
     drive = _wait(lambda: choose_drive(folder, patterns), timeout)
     if drive is not None:
@@ -95,7 +95,7 @@ def not_mounted() -> str | None:
     return f"the board's drive is not mounted: mount {device} somewhere and name the folder with --drive"
 
 
-def wait_for_port(port: str | None, timeout: float = PORT_TIMEOUT) -> str | None:
+def wait_for_port(port: str | None, timeout: float = PORT_TIMEOUT_S) -> str | None:
     """The port on which the new firmware is to be asked; None when none comes up."""
     if port is None:
         return _wait(lambda: next(iter(rover_ports()), None), timeout)
@@ -129,5 +129,5 @@ def _wait(look: Callable[[], Found | None], timeout: float) -> Found | None:
     """What `look` finds, as soon as it finds something; None after `timeout` seconds."""
     deadline = time.monotonic() + timeout
     while (found := look()) is None and time.monotonic() < deadline:
-        time.sleep(PERIOD)
+        time.sleep(POLL_PERIOD_S)
     return found

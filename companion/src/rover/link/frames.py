@@ -13,8 +13,8 @@ from rover_protocol import framing
 
 from rover.link.transport import Transport
 
-RIG_ADAPTER = 0.000806
-"""Seconds from the beginning of a simulated millisecond until its bytes are on the firmware's line."""
+# Seconds from the beginning of a simulated millisecond until its bytes are on the firmware's line.
+RIG_ADAPTER_S = 0.000806
 
 
 @dataclass(frozen=True)
@@ -117,11 +117,11 @@ class SerialFrames(FrameTransport):
         return payload + framing.OVERHEAD + framing.DELIMITERS
 
     def wire_times(self, request: int, reply: int) -> tuple[float, float]:
-        """By the baud rate. The adapter of a rig that runs in steps hands a request on `RIG_ADAPTER` after the step's
+        """By the baud rate. The adapter of a rig that runs in steps hands a request on `RIG_ADAPTER_S` after the step's
         beginning, and a reply at the end of the step in which it leaves."""
         up, down = (self.wire_bytes(length) * self.bytes.byte_time for length in (request, reply))
         step = self.time_step
-        return (RIG_ADAPTER + up, math.ceil(down / step) * step) if step else (up, down)
+        return (RIG_ADAPTER_S + up, math.ceil(down / step) * step) if step else (up, down)
 
     def send(self, identifier: int, payload: bytes) -> None:
         """See FrameTransport."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rover.link.session import STEP, Link
+from rover.link.session import STEP_S, Link
 from rover.link.telemetry import Battery, FirmwareState, SonarRange
 
-LISTEN = 0.7
-"""Seconds to listen after the handshake: the battery is told twice a second."""
+# Seconds to listen after the handshake: the battery is told twice a second.
+LISTEN_S = 0.7
 
 
 @dataclass(frozen=True)
@@ -25,13 +25,13 @@ def listen(link: Link) -> Told:
     battery: Battery | None = None
     sonars: dict[int, str] = {}
     clock = link.clock
-    end = clock.now() + LISTEN
+    end = clock.now() + LISTEN_S
     while clock.now() < end:
         for event in link.poll():
             if isinstance(event, Battery):
                 battery = event
             elif isinstance(event, SonarRange):
                 sonars[event.sensor] = event.status
-        clock.advance(clock.now() + STEP)
+        clock.advance(clock.now() + STEP_S)
     assert link.state is not None  # connect waits for it
     return Told(link.state, battery, sonars)

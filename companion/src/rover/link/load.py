@@ -13,22 +13,22 @@ from rover.motion.profile import Axis, to_position
 from rover.motion.segment import Segment, State, end_state, split
 from rover.vehicle import Vehicle
 
-SMALLEST_TURN = math.radians(3.0)
-LARGEST_TURN = math.radians(9.0)
-PIECE_US = 20_000
-"""Longest of the segments: fifty a second, many more than a mission's seven for each leg."""
+MIN_TURN = math.radians(3.0)
+MAX_TURN = math.radians(9.0)
+# Longest of the segments: fifty a second, many more than a mission's seven for each leg.
+MAX_PIECE_US = 20_000
 
-TOLERANCE = 5e-6
-"""Radians: sums of exact integers that are reported to 1e-6. Turns differ from each other by much more."""
+# Radians: sums of exact integers that are reported to 1e-6. Turns differ from each other by much more.
+TOLERANCE_RAD = 5e-6
 
 Turn = list[Segment]
 
 
 def turns(count: int, rng: np.random.Generator) -> list[Turn]:
     """`count` turns to the left and to the right in turn, so that the rover stays where it is."""
-    angles = rng.uniform(SMALLEST_TURN, LARGEST_TURN, count)
+    angles = rng.uniform(MIN_TURN, MAX_TURN, count)
     return [
-        split(run(merge(None, to_position(Axis(), float(angle) * (-1) ** number, Vehicle().heading))), PIECE_US)
+        split(run(merge(None, to_position(Axis(), float(angle) * (-1) ** number, Vehicle().heading))), MAX_PIECE_US)
         for number, angle in enumerate(angles)
     ]
 
@@ -45,12 +45,12 @@ def compare(block: list[Turn], turned: float) -> tuple[int, int]:
     So a difference is a turn that is missing or doubled; one that is neither counts as the whole block lost.
     """
     difference = turned - sum(map(angle_of, block))
-    if abs(difference) <= TOLERANCE:
+    if abs(difference) <= TOLERANCE_RAD:
         return 0, 0
     for turn in block:
-        if abs(difference + angle_of(turn)) <= TOLERANCE:
+        if abs(difference + angle_of(turn)) <= TOLERANCE_RAD:
             return len(turn), 0
-        if abs(difference - angle_of(turn)) <= TOLERANCE:
+        if abs(difference - angle_of(turn)) <= TOLERANCE_RAD:
             return 0, len(turn)
     return sum(map(len, block)), 0
 

@@ -8,14 +8,12 @@ from rover.errors import BadInput
 
 CAN_BITRATE = 500_000
 
+# Bits of a classic frame with an 11-bit identifier around its payload, with the gap to the next (ISO 11898-1).
 CAN_FRAME_BITS = 47
-"""Bits of a classic frame with an 11-bit identifier around its payload, with the gap to the next (ISO 11898-1)."""
 
+# Bits per second of a line that carries CAN frames as text: a frame takes on it what it takes on the bus. Eight bytes
+# of payload are 22 characters, 220 µs at this rate, and about 111 bits, 222 µs, at CAN_BITRATE.
 SLCAN_BAUD = 1_000_000
-"""Bits per second of a line that carries CAN frames as text: a frame takes on it what it takes on the bus.
-
-Eight bytes of payload are 22 characters, 220 µs at this rate, and about 111 bits, 222 µs, at CAN_BITRATE.
-"""
 
 
 @dataclass(frozen=True)

@@ -38,19 +38,19 @@ from rover.link.telemetry import (
 from rover.link.transport import Transport
 from rover.link.wire import Received, Tap, Wire
 
-KEEP_ALIVE_PERIOD = 0.02
-"""Fifteen within the dead-man's 300 ms, so that a wire which loses a fifth of them does not stop the rover."""
+# Fifteen within the dead-man's 300 ms, so that a wire which loses a fifth of them does not stop the rover.
+KEEP_ALIVE_PERIOD_S = 0.02
 
-CLOCK_PERIOD = 0.5
-CLOCK_PERIOD_FAST = 0.06
+CLOCK_PERIOD_S = 0.5
+CLOCK_PERIOD_FAST_S = 0.06
 CLOCK_FAST_COUNT = 20
-CLOCK_ANSWER_TIMEOUT = 0.1
-"""Seconds after which a clock request that was not answered is asked again."""
+# Seconds after which a clock request that was not answered is asked again.
+CLOCK_ANSWER_TIMEOUT_S = 0.1
 
-SILENCE_LIMIT = 1.0
-"""Seconds without a byte after which the link counts as lost; the firmware says something every 20 ms."""
+# Seconds without a byte after which the link counts as lost; the firmware says something every 20 ms.
+MAX_SILENCE_S = 1.0
 
-STEP = 0.02
+STEP_S = 0.02
 DRIVEABLE = ("Armed", "Moving")
 
 
@@ -104,7 +104,7 @@ class Link:
                 self._send("Hello", schema_hash=messages.SCHEMA_HASH, session=self._handshake.session)
                 hello_due = now + 0.2
             self._keep(self._exchange(guard=False))
-            self.clock.advance(now + STEP)
+            self.clock.advance(now + STEP_S)
         self.identity = self._handshake.identity()
         self._silent_since = self.clock.now()
         return self.identity
@@ -258,7 +258,7 @@ class Link:
             self.clock_estimate.add(sent, frame.time, receive_time, turnaround, *times)
             self.round_trips.append(self.clock_estimate.round_trip)
             if self.clock_estimate.count >= CLOCK_FAST_COUNT:
-                self._clock_due = self.clock.now() + CLOCK_PERIOD
+                self._clock_due = self.clock.now() + CLOCK_PERIOD_S
         return True
 
     def _keep_alive(self, now: float) -> None:
@@ -266,7 +266,7 @@ class Link:
             return
         self._keep_alive_counter = (self._keep_alive_counter + 1) & 0xFF
         self._send("KeepAlive", counter=self._keep_alive_counter)
-        self._keep_alive_due = now + KEEP_ALIVE_PERIOD
+        self._keep_alive_due = now + KEEP_ALIVE_PERIOD_S
 
     def _ask_clock(self, now: float) -> bool:
         if now < self._clock_due - 1e-9:
@@ -277,13 +277,13 @@ class Link:
         while len(self._clock_sent) > 8:
             self._clock_sent.pop(next(iter(self._clock_sent)))
         fast = self.clock_estimate.count < CLOCK_FAST_COUNT
-        self._clock_due = now + (CLOCK_PERIOD_FAST if fast else CLOCK_ANSWER_TIMEOUT)
+        self._clock_due = now + (CLOCK_PERIOD_FAST_S if fast else CLOCK_ANSWER_TIMEOUT_S)
         return True
 
     def _check_silence(self, now: float) -> None:
         heard = self.wire.last_heard
         since = max(heard if heard is not None else 0.0, self._silent_since or 0.0)
-        if now - since > SILENCE_LIMIT:
+        if now - since > MAX_SILENCE_S:
             raise LinkLost(f"link lost: nothing from the firmware for {now - since:.1f} s")
 
     def _request(self, send: Callable[[], object], done: Callable[[Telemetry], bool], timeout: float) -> bool:
@@ -294,7 +294,7 @@ class Link:
             if now >= due - 1e-9:
                 send()
                 due = now + 0.1
-            self.clock.advance(now + STEP)
+            self.clock.advance(now + STEP_S)
             events = self._exchange(guard=True)
             self._keep(events)
             finished = False

@@ -22,30 +22,30 @@ from rover.link.unwrap import ahead
 
 FLAG_BEGIN = 1
 FLAG_REST = 2
-REPEAT_AFTER = 0.07
-"""Seconds after which an unacknowledged segment is sent again: the acknowledgement takes one loop of 20 ms, or two
-where the world runs a step ahead, and a third at most on a busy wire."""
+# Seconds after which an unacknowledged segment is sent again: the acknowledgement takes one loop of 20 ms, or two
+# where the world runs a step ahead, and a third at most on a busy wire.
+REPEAT_AFTER_S = 0.07
 
-SETTLE = 0.2
-"""Seconds after the last segment sent until a status surely tells of all that the firmware took."""
+# Seconds after the last segment sent until a status surely tells of all that the firmware took.
+SETTLE_S = 0.2
 
-BURST = 8
-"""Segments sent in one go: about 230 bytes, half of what the wire carries in a 20 ms loop."""
+# Segments sent in one go: about 230 bytes, half of what the wire carries in a 20 ms loop.
+MAX_BURST = 8
 
-IN_FLIGHT = 24
-"""Segments sent and not acknowledged, at most."""
+# Segments sent and not acknowledged, at most.
+MAX_IN_FLIGHT = 24
 
-STALE = 256
-"""An acknowledgement up to this many indexes behind is an old one that came late: it takes nothing back."""
+# An acknowledgement up to this many indexes behind is an old one that came late: it takes nothing back.
+MAX_STALE = 256
 
-START_MARGIN = 0.04
-"""Seconds ahead of its start time at which a run must be on its way."""
+# Seconds ahead of its start time at which a run must be on its way.
+MIN_START_LEAD_S = 0.04
 
-START_DELAY = 0.15
-"""Seconds from now at which a run starts that missed its time."""
+# Seconds from now at which a run starts that missed its time.
+START_DELAY_S = 0.15
 
+# Period at which the firmware moves its reference.
 TICK_US = 1000
-"""Period at which the firmware moves its reference."""
 
 Send = Callable[..., object]
 
@@ -130,7 +130,7 @@ class SegmentStream:
     def clear(self, now: float) -> None:
         """Forgets what was not acknowledged: after a stop, a latch or a disarm, when the firmware's queue is gone."""
         if self._exposed:
-            self._settled_after = self._last_sent_at + SETTLE
+            self._settled_after = self._last_sent_at + SETTLE_S
         self._items.clear()
         self._exposed = 0
         self.end_time = now
@@ -152,7 +152,7 @@ class SegmentStream:
             self._exposed -= advance
             self._base = status.next_index
             self.accepted += advance
-        elif advance > 0 or advance < -STALE:
+        elif advance > 0 or advance < -MAX_STALE:
             # The firmware counts from elsewhere (it has restarted): what waits takes the indexes that it expects.
             self._base = status.next_index
             self._exposed = 0
@@ -165,9 +165,9 @@ class SegmentStream:
             return
         if self._items and _is_due(self._items[0], now):
             self._postpone_missed_start(now)
-        room = min(len(self._items), ahead(self.status.next_index, self._base) + self.status.free_slots, IN_FLIGHT)
+        room = min(len(self._items), ahead(self.status.next_index, self._base) + self.status.free_slots, MAX_IN_FLIGHT)
         due = [position for position in range(room) if _is_due(self._items[position], now)]
-        for position in due[:BURST]:
+        for position in due[:MAX_BURST]:
             self._transmit(position, now)
             self._exposed = max(self._exposed, position + 1)
 
@@ -194,9 +194,9 @@ class SegmentStream:
     def _postpone_missed_start(self, now: float) -> None:
         """A begin segment is refused once its time has passed. The rover stands, so the run may start later."""
         item = self._items[0]
-        if not item.begin or item.start >= now + START_MARGIN:
+        if not item.begin or item.start >= now + MIN_START_LEAD_S:
             return
-        delay = now + START_DELAY - item.start
+        delay = now + START_DELAY_S - item.start
         for waiting in self._items:
             if waiting.begin:
                 waiting.start += delay
@@ -207,7 +207,7 @@ class SegmentStream:
 
 def _is_due(item: _Item, now: float) -> bool:
     """True when an item waits to be sent, or should have been acknowledged by now."""
-    return item.due or item.sent_at is None or now - item.sent_at > REPEAT_AFTER
+    return item.due or item.sent_at is None or now - item.sent_at > REPEAT_AFTER_S
 
 
 def _duration(segments: Sequence[SegmentLike]) -> float:

@@ -19,8 +19,8 @@ from rover.link.clock import WallClock
 
 Chunk = tuple[float, bytes]
 
-WRITE_TIMEOUT = 2.0
-"""Seconds until a port that takes no bytes counts as lost."""
+# Seconds until a port that takes no bytes counts as lost.
+WRITE_TIMEOUT_S = 2.0
 
 
 class Transport(Protocol):
@@ -72,7 +72,7 @@ class Transport(Protocol):
 def open_port(port: str, baud: int, timeout: float) -> serial.Serial:
     """Opens a serial port. Raises `PreflightFailed` with one line when that is not possible."""
     try:
-        return serial.Serial(port, baud, timeout=timeout, write_timeout=WRITE_TIMEOUT)
+        return serial.Serial(port, baud, timeout=timeout, write_timeout=WRITE_TIMEOUT_S)
     except (OSError, ValueError) as error:
         raise PreflightFailed(f"cannot open the port {port}: {_reason(error)}") from error
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 from rover.errors import BadInput
 
-BLOCK = 512
+BLOCK_BYTES = 512
 MAGIC = (0x0A324655, 0x9E5D5157)
 MAGIC_END = 0x0AB16F30
 NOT_FOR_FLASH = 0x0000_0001
 FAMILY_PRESENT = 0x0000_2000
-LARGEST_PAYLOAD = 476
+MAX_PAYLOAD_BYTES = 476
 
 RP2040 = 0xE48BFF56
 ABSOLUTE = 0xE48BFF57
@@ -47,7 +47,7 @@ class Uf2:
     @property
     def blocks(self) -> int:
         """Number of blocks."""
-        return len(self.content) // BLOCK
+        return len(self.content) // BLOCK_BYTES
 
     @property
     def family_names(self) -> str:
@@ -61,13 +61,14 @@ def read_uf2(path: Path) -> Uf2:
         content = path.read_bytes()
     except OSError as error:
         raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
-    if not content or len(content) % BLOCK:
-        raise BadInput(f"{path}: no UF2 file: {len(content)} bytes are not a whole number of {BLOCK}-byte blocks")
+    if not content or len(content) % BLOCK_BYTES:
+        raise BadInput(f"{path}: no UF2 file: {len(content)} bytes are not a whole number of {BLOCK_BYTES}-byte blocks")
     families: set[int] = set()
     expected: dict[int, int] = {}
     totals: dict[int, int] = {}
-    for number in range(len(content) // BLOCK):
-        family, index, count = _block(content[number * BLOCK : (number + 1) * BLOCK], f"{path}: block {number}")
+    for number in range(len(content) // BLOCK_BYTES):
+        block = content[number * BLOCK_BYTES : (number + 1) * BLOCK_BYTES]
+        family, index, count = _block(block, f"{path}: block {number}")
         # Blocks count within their family: a file for the RP2350 may begin with a single absolute one.
         if index != expected.get(family, 0):
             raise BadInput(f"{path}: block {number} says that it is number {index}: the file is not whole")
@@ -84,9 +85,9 @@ def read_uf2(path: Path) -> Uf2:
 def _block(block: bytes, where: str) -> tuple[int, int, int]:
     """Family, number and count of a block. Raises BadInput."""
     first, second, flags, _, size, number, count, family = struct.unpack_from("<8I", block)
-    (end,) = struct.unpack_from("<I", block, BLOCK - 4)
+    (end,) = struct.unpack_from("<I", block, BLOCK_BYTES - 4)
     if (first, second) != MAGIC or end != MAGIC_END:
         raise BadInput(f"{where} has not UF2's marks: this is no UF2 file, or it is damaged")
-    if size > LARGEST_PAYLOAD or flags & NOT_FOR_FLASH or not flags & FAMILY_PRESENT:
+    if size > MAX_PAYLOAD_BYTES or flags & NOT_FOR_FLASH or not flags & FAMILY_PRESENT:
         raise BadInput(f"{where} is not meant for the flash of a named board (flags 0x{flags:08x}, {size} bytes)")
     return family, number, count

@@ -12,8 +12,8 @@ from PIL import Image, ImageFile, UnidentifiedImageError
 
 from rover.errors import BadInput
 
+# 13,000 × 13,000; the reader itself refuses a little more.
 MAX_CELLS = 170_000_000
-"""13,000 × 13,000; the reader itself refuses a little more."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,8 @@ from rover.mission.config import Mission
 from rover.mission.preflight import preflight
 from rover.vision.camera.model import CameraModel
 
+# Pictures kept while a cycle takes longer than they come: planning takes a tenth of a second now and then.
 DEPTH = 4
-"""Pictures kept while a cycle takes longer than they come: planning takes a tenth of a second now and then."""
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,8 @@ from rover.report.result import RealTime, RunResult, WallClock
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
+# A real rover, on a port, with a camera; the other rigs bring a world, camera and port of their own.
 DEVICE = RigName.DEVICE.value
-"""A real rover, on a port, with a camera; the other rigs bring a world, camera and port of their own."""
 
 
 @dataclass(frozen=True)

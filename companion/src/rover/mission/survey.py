@@ -48,6 +48,7 @@ INSPECTION_TIME_S = 1.0
 SEEK_PAUSE_S = 0.5
 
 
+# What a rover in each phase that has stood still for too long is about.
 WAITING_FOR = {
     Phase.START: "the firmware does not tell its state",
     Phase.LOOK: "it should look around and does not turn",
@@ -57,7 +58,6 @@ WAITING_FOR = {
     Phase.INSPECT: "it should inspect a goal",
     Phase.HALTED: "the firmware has stopped it and does not let it go on",
 }
-"""What a rover in each phase that has stood still for too long is about."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from rover.errors import BadInput
 
 MIN_DURATION_US = 1_000
 MAX_DURATION_US = 0xFFFFFF
-MAX_JERK = 0x7FFFFF  # µm/s³ and µrad/s³
+# µm/s³ and µrad/s³.
+MAX_JERK = 0x7FFFFF
 
 FLAG_BEGIN = 1
 FLAG_REST = 2

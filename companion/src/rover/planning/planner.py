@@ -11,6 +11,7 @@ import numpy as np
 from rover.errors import BadInput
 from rover.planning.fields import Field
 from rover.planning.result import PlanResult, Stage
+from rover.vehicle import STANDARD
 
 if TYPE_CHECKING:
     from rover_native import Outcome, Settings
@@ -24,7 +25,7 @@ def plan(
     goals: Sequence[tuple[float, float]],
     *,
     algorithm: str = "best",
-    robot_radius: float = 0.15,
+    robot_radius: float = STANDARD.radius,
     seed: int = 0,
     iterations: int | None = None,
     budget_ms: float | None = None,

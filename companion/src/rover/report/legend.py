@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from rover.capture.radiometry import ZERO_CELSIUS
 from rover.report.canvas import Canvas, draw_text, hatched
 from rover.report.palette import (
     COLORMAP,
@@ -20,8 +21,6 @@ from rover.report.palette import (
 )
 from rover.report.result import RunResult
 
-# 0 °C in kelvin.
-FREEZING_K = 273.15
 # Height of a line of the legend.
 ROW_PX = 46
 # From the top of the map to the legend's lower end.
@@ -78,8 +77,8 @@ def _temperature_bar(canvas: Canvas, column: int, row: int, span: tuple[float, f
     cv2.rectangle(canvas.image, (column, row + 16), (column + 260, row + 38), INK, 1)
     draw_text(canvas.image, "ground temperature", (column, row + 4), INK, 18)
     low, high = span
-    draw_text(canvas.image, f"{low - FREEZING_K:.1f} deg C", (column, row + 62), FAINT, 17)
-    draw_text(canvas.image, f"{high - FREEZING_K:.1f} deg C", (column + 176, row + 62), FAINT, 17)
+    draw_text(canvas.image, f"{low - ZERO_CELSIUS:.1f} deg C", (column, row + 62), FAINT, 17)
+    draw_text(canvas.image, f"{high - ZERO_CELSIUS:.1f} deg C", (column + 176, row + 62), FAINT, 17)
 
 
 def _scale_bar(canvas: Canvas, column: int, row: int) -> None:

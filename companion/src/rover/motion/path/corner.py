@@ -27,9 +27,12 @@ SIGNS = (1.0, -1.0, 0.0, -1.0, 1.0)
 
 _LEVEL = np.array(LEVELS)
 SIDE = (1.0 - _LEVEL) / 4.0
-PEAK_THIRD = 1.0 / (SIDE**2 * (2.0 * SIDE + _LEVEL))  # times θ / L³
-PEAK_SLOPE = PEAK_THIRD * SIDE  # times θ / L²
-PEAK_CURVATURE = PEAK_SLOPE * SIDE  # times θ / L
+# Times θ / L³.
+PEAK_THIRD = 1.0 / (SIDE**2 * (2.0 * SIDE + _LEVEL))
+# Times θ / L².
+PEAK_SLOPE = PEAK_THIRD * SIDE
+# Times θ / L.
+PEAK_CURVATURE = PEAK_SLOPE * SIDE
 
 
 def _starts(level: float, side: float, third: float) -> list[tuple[float, float, float, float]]:

@@ -11,6 +11,7 @@ import rover_native
 from rover.planning.fields import Field
 from rover.planning.planner import as_result, check_budget, checked_points, native_settings
 from rover.planning.result import PlanResult
+from rover.vehicle import STANDARD
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Planner:
     def __init__(
         self,
         *,
-        robot_radius: float = 0.15,
+        robot_radius: float = STANDARD.radius,
         seed: int = 0,
         any_order: bool = False,
         start_recovery_m: float = 0.0,

@@ -118,7 +118,8 @@ class Plant:
         """Ground seen so far (rows, columns), x and y of its lower-left corner, and the side of a cell."""
 
     def verdict(self) -> dict[str, float | int | None]:
-        """The referee's collisions, min_clearance_m, min_wall_clearance_m, unseen_ground_m2 and seen_share. A
+        """The referee's collisions (harder than 0.1 m/s), bumper_contacts, min_clearance_m, min_wall_clearance_m,
+        unseen_ground_m2 and seen_share. A
         clearance is None when there is nothing to keep clear of."""
 
 class Alarm:

@@ -27,6 +27,7 @@ def emulated() -> dict[int, str]:
         wiring.LED: "panel.led",
         wiring.BUZZER: "panel.buzzer",
         wiring.EMERGENCY_STOP: "emergency_stop",
+        wiring.BUMPER: "bumper",
         FIRST_ADC_PIN + wiring.BATTERY_CHANNEL: "battery.voltage",
     }
     for side, encoder, motor in zip(("left", "right"), wiring.ENCODERS, wiring.MOTORS, strict=True):

@@ -137,7 +137,7 @@ ALIVE = {0: "Ok", 1: "NoEcho", 2: "Ok"}
 def test_a_healthy_board_passes_its_self_test() -> None:
     findings = self_test(GOOD, Battery(0.0, 7.4, 7.4), ALIVE)
     assert all(finding.ok for finding in findings)
-    assert len(findings) == 7
+    assert len(findings) == 8
 
 
 @pytest.mark.parametrize(
@@ -146,6 +146,7 @@ def test_a_healthy_board_passes_its_self_test() -> None:
         ({"state": "Latched", "cause": "Stall"}, 7.4, ALIVE, "state", "Latched, last stop: Stall"),
         ({"faults": ("SonarDead",)}, 7.4, ALIVE, "faults", "SonarDead"),
         ({"emergency_input": True}, 7.4, ALIVE, "emergency stop", "pressed"),
+        ({"bumper": True}, 7.4, ALIVE, "bumper", "pressed, or a wire is off"),
         ({}, None, ALIVE, "battery", "not told"),
         ({}, 7.4, {0: "Ok", 1: "Ok"}, "sonar right", "says nothing"),
         ({}, 7.4, {**ALIVE, 1: "Dead"}, "sonar centre", "does not answer"),

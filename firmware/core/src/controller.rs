@@ -3,6 +3,7 @@
 use rover_protocol::messages::{fault_code, State as StateMessage};
 
 use crate::battery::Battery;
+use crate::bumper::Bumper;
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
 use crate::indicator::indicate;
@@ -69,6 +70,7 @@ pub struct Core {
     /// The last segment that was complete and found no room.
     pub(crate) waiting: Option<u16>,
     pub(crate) emergency_input: bool,
+    pub(crate) bumper: Bumper,
     /// An acknowledgement is owed to the companion.
     pub(crate) status_due: bool,
     pub(crate) reboot: Option<Reboot>,
@@ -121,6 +123,7 @@ impl Core {
             rejected: 0,
             waiting: None,
             emergency_input: false,
+            bumper: Bumper::default(),
             status_due: false,
             reboot: None,
             has_storage: false,
@@ -208,15 +211,17 @@ impl Core {
         self.advance_motion();
         self.drive(steps);
         self.report();
-        let powered = self.supervisor.is_powered();
+        let driven = self.supervisor.is_powered();
+        let standing = self.is_standing();
+        let powered = driven || self.bumper.holds(self.now_us, standing);
         let [left, right] = &self.wheels;
         if self.ticks.is_multiple_of(INDICATOR_STRIDE) {
             self.signs = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
         }
         let (led, buzzer) = self.signs;
         self.withheld(Outputs {
-            duty_left: if powered { left.duty() } else { 0 },
-            duty_right: if powered { right.duty() } else { 0 },
+            duty_left: if driven { left.duty() } else { 0 },
+            duty_right: if driven { right.duty() } else { 0 },
             powered,
             sonar_trigger,
             led,
@@ -255,6 +260,12 @@ impl Core {
         self.emergency_input = inputs.emergency_stop;
         if inputs.emergency_stop {
             self.raise(Event::EmergencyInput, 0);
+        }
+        let travel = self.motion.reference().travel.velocity_micro();
+        self.bumper.sense(inputs.bumper, travel);
+        if self.bumper.is_touch() && self.supervisor.is_powered() {
+            self.raise(Event::Bumper, 0);
+            self.bumper.arrest(self.now_us);
         }
         let low = self.battery.is_low();
         let voltage = u32::from(self.battery.voltage_mv());
@@ -361,6 +372,9 @@ impl Core {
     /// Put an event to the supervisor and carry out what its table says.
     pub(crate) fn raise(&mut self, event: Event, detail: u8) {
         let before = self.supervisor.state();
+        if matches!(event, Event::EmergencyInput | Event::EmergencyCommand) {
+            self.bumper.release();
+        }
         match self.supervisor.handle(event, detail) {
             Action::Nothing => {}
             Action::Cut => {
@@ -387,6 +401,7 @@ impl Core {
         for (wheel, reference) in self.wheels.iter_mut().zip(&self.references) {
             wheel.reset(reference);
         }
+        self.bumper.release();
         self.drive_check.reset();
         self.faults.armed();
         // Counters of the keep-alive are compared within one arming.

@@ -14,6 +14,7 @@ pub struct Injection {
     pub counts: Option<[i32; 2]>,
     pub battery_mv: u16,
     pub emergency_stop: bool,
+    pub bumper: bool,
     pub echoes_us: [u32; SENSORS],
     /// Sensor that was pinged and has not answered, and when.
     pub pinged: Option<(u8, u64)>,
@@ -27,6 +28,7 @@ impl Injection {
             counts: None,
             battery_mv,
             emergency_stop: false,
+            bumper: false,
             echoes_us: [0; SENSORS],
             pinged: None,
             heard_us: now_us,

@@ -29,6 +29,8 @@ pub struct Inputs {
     pub battery_mv: u16,
     /// True while the emergency-stop input is active.
     pub emergency_stop: bool,
+    /// True while a switch of the bumper is pressed.
+    pub bumper: bool,
     /// A ranging that has ended since the last tick.
     pub sonar: Option<SonarEcho>,
 }

@@ -20,6 +20,7 @@
 
 mod axis;
 mod battery;
+mod bumper;
 mod clock;
 mod commands;
 mod controller;

@@ -108,6 +108,7 @@ impl Core {
             moving,
             self.supervisor.is_powered(),
             self.injection.is_some(),
+            self.bumper.is_pressed(),
         ];
         m::State {
             state: self.supervisor.state_number(),

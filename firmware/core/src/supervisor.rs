@@ -34,6 +34,8 @@ pub enum Event {
     EmergencyInput,
     DeadMan,
     SonarGuard,
+    /// The bumper has touched something, see [`crate::bumper`].
+    Bumper,
     /// A sensor that driving needs is lost, see [`crate::sensor_loss`].
     SensorLost,
     LowBattery,
@@ -87,7 +89,7 @@ const MOVE: Cell = Some((State::Moving, Action::Nothing));
 const HOLD: Cell = Some((State::Armed, Action::Nothing));
 
 #[rustfmt::skip]
-const TABLE: [(Event, [Cell; 7]); 18] = [
+const TABLE: [(Event, [Cell; 7]); 19] = [
     //                         Boot   Disarmed  Armed   Moving  Retiring   Stopping  Latched
     (Event::BootDone,         [READY, NONE,     NONE,   NONE,   NONE,      NONE,     NONE]),
     (Event::Arm,              [NONE,  ARM,      NONE,   NONE,   NONE,      NONE,     ARM ]),
@@ -97,6 +99,7 @@ const TABLE: [(Event, [Cell; 7]); 18] = [
     (Event::EmergencyInput,   [CUT,   CUT,      CUT,    CUT,    CUT,       CUT,      NONE]),
     (Event::DeadMan,          [NONE,  NONE,     BRAKE,  BRAKE,  NONE,      NONE,     NONE]),
     (Event::SonarGuard,       [NONE,  NONE,     NONE,   BRAKE,  NONE,      NONE,     NONE]),
+    (Event::Bumper,           [NONE,  NONE,     CUT,    CUT,    CUT,       CUT,      NONE]),
     (Event::SensorLost,       [NONE,  NONE,     NONE,   RETIRE, NONE,      NONE,     NONE]),
     (Event::LowBattery,       [NONE,  NONE,     BRAKE,  BRAKE,  NONE,      NONE,     NONE]),
     (Event::Stall,            [NONE,  NONE,     CUT,    CUT,    CUT,       CUT,      NONE]),
@@ -124,6 +127,7 @@ fn cause_of(event: Event) -> Option<u8> {
         Event::EmergencyInput => state_cause::EMERGENCY_INPUT,
         Event::DeadMan => state_cause::DEAD_MAN,
         Event::SonarGuard => state_cause::SONAR_GUARD,
+        Event::Bumper => state_cause::BUMPER,
         Event::SensorLost => state_cause::SENSOR_LOST,
         Event::LowBattery => state_cause::LOW_BATTERY,
         Event::Stall => state_cause::STALL,

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const EVENTS: [Event; 18] = [
+const EVENTS: [Event; 19] = [
     Event::BootDone,
     Event::Arm,
     Event::Disarm,
@@ -11,6 +11,7 @@ const EVENTS: [Event; 18] = [
     Event::EmergencyInput,
     Event::DeadMan,
     Event::SonarGuard,
+    Event::Bumper,
     Event::SensorLost,
     Event::LowBattery,
     Event::Stall,
@@ -52,6 +53,7 @@ fn every_cell_is_as_specified() {
         (Event::EmergencyInput, "llllll."),
         (Event::DeadMan, "..ss..."),
         (Event::SonarGuard, "...s..."),
+        (Event::Bumper, "..llll."),
         (Event::SensorLost, "...r..."),
         (Event::LowBattery, "..ss..."),
         (Event::Stall, "..llll."),

@@ -56,6 +56,7 @@ impl Core {
         injection.heard_us = now_us;
         injection.battery_mv = sensors.battery;
         injection.emergency_stop = sensors.emergency_stop != 0;
+        injection.bumper = sensors.bumper != 0;
         if let Some(echo_us) = injection.echoes_us.get_mut(usize::from(sensors.sonar)) {
             *echo_us = sensors.echo;
         }
@@ -82,6 +83,7 @@ impl Core {
             encoder_right,
             battery_mv: injection.battery_mv,
             emergency_stop: inputs.emergency_stop || injection.emergency_stop,
+            bumper: injection.bumper,
             sonar: injection.answer(self.now_us),
         }
     }

@@ -34,6 +34,7 @@ fn random_inputs(random: &mut Random, now_us: u64) -> Inputs {
         encoder_right: random.next() as i32 >> random.below(32),
         battery_mv: random.next() as u16,
         emergency_stop: random.below(500) == 0,
+        bumper: random.below(50) == 0,
         sonar,
     }
 }

@@ -332,3 +332,72 @@ fn a_reboot_is_carried_out_disarmed_and_refused_while_armed() {
     assert_eq!(rig.core.take_reboot(), Some(rover_core::Reboot::Bootloader));
     assert_eq!(rig.core.take_reboot(), None);
 }
+
+/// At 0.1 m/s in the middle of a straight.
+fn creeping() -> Rig {
+    let mut rig = Rig::armed();
+    rig.send_run(&cruise_pieces(1_200_000, 0, 8_000_000), true);
+    rig.run_ms(1_500);
+    assert!((rig.motors[0].velocity - 0.1).abs() < 0.01);
+    rig
+}
+
+#[test]
+fn a_touch_of_the_bumper_takes_the_duty_away_at_once_and_brakes_to_rest_within_10_mm() {
+    let mut rig = creeping();
+    let from = rig.driven().0;
+    rig.bumper = true;
+    let outputs = rig.tick();
+    assert_eq!((outputs.duty_left, outputs.duty_right), (0, 0));
+    assert!(outputs.powered, "shorted motors brake, open ones coast");
+    let state = rig.state();
+    assert_eq!((state.state, state.cause), (state::LATCHED, cause::BUMPER));
+    assert_eq!(state.flags >> 5 & 1, 1);
+    rig.run_ms(400);
+    assert!(!rig.outputs.powered);
+    assert!(rig.driven().0 - from < 0.010, "{}", rig.driven().0 - from);
+}
+
+#[test]
+fn with_a_pressed_bumper_the_way_out_is_back_or_a_turn_and_never_forward() {
+    for (travel, heading, allowed) in [
+        (-600_000, 0, true),
+        (0, 3_000_000, true),
+        (600_000, 0, false),
+    ] {
+        let mut rig = creeping();
+        rig.bumper = true;
+        rig.run_ms(500);
+        rig.arm();
+        rig.run_ms(2);
+        assert_eq!(rig.state().state, state::ARMED);
+        rig.next_index = rig.status().next_index;
+        rig.send_run(&cruise_pieces(travel, heading, 100_000), true);
+        rig.run_ms(500);
+        let moving = rig.state().state == state::MOVING;
+        assert_eq!(moving, allowed, "{travel} {heading} {:?}", rig.state());
+    }
+}
+
+#[test]
+fn switches_that_chatter_while_the_rover_backs_away_are_no_touch() {
+    let mut rig = Rig::armed();
+    rig.send_run(&cruise_pieces(-1_200_000, 0, 1_000_000), true);
+    rig.run_ms(200);
+    for ms in 0..200 {
+        rig.bumper = ms % 7 < 3;
+        rig.tick();
+    }
+    assert_eq!(rig.state().state, state::MOVING);
+}
+
+#[test]
+fn the_emergency_stop_overrides_the_braking_after_a_touch() {
+    let mut rig = cruising();
+    rig.bumper = true;
+    rig.tick();
+    assert!(rig.outputs.powered);
+    rig.emergency_stop = true;
+    rig.tick();
+    assert!(!rig.outputs.powered);
+}

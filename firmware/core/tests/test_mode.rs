@@ -16,6 +16,7 @@ const TEST_FLAG: u8 = 1 << 4;
 const QUIET: m::InjectSensors = m::InjectSensors {
     battery: 7_400,
     emergency_stop: 0,
+    bumper: 0,
     sonar: 255,
     echo: 0,
 };

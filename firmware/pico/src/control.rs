@@ -1,6 +1,7 @@
 //! The control loop: 1 kHz, in an interrupt executor. Gathers the inputs, lets the core decide, sets the outputs.
 
 use embassy_executor::task;
+use embassy_rp::gpio::Input;
 use embassy_time::{Duration, Instant};
 use rover_core::{Core, Inputs, Reboot};
 
@@ -22,6 +23,8 @@ pub struct Hardware {
     pub encoders: Encoders,
     pub motors: Motors,
     pub panel: PanelPins,
+    /// High while a switch is pressed.
+    pub bumper: Input<'static>,
     pub flash: ParameterFlash,
 }
 
@@ -41,6 +44,7 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
             encoder_right,
             battery_mv: hardware.battery.measure(now),
             emergency_stop: emergency::active(),
+            bumper: hardware.bumper.is_high(),
             sonar: sonar::ECHO.try_take(),
         });
         powered = outputs.powered;

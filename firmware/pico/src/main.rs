@@ -93,6 +93,7 @@ async fn main(spawner: Spawner) {
         encoders: encoders::Encoders::new(board.encoders),
         motors: motors::Motors::new(board.motors),
         panel: board.panel,
+        bumper: board.bumper,
         flash,
     };
     interrupt::SWI_IRQ_1.set_priority(Priority::P2);

@@ -1,6 +1,6 @@
 //! What is wired to which pin of a Raspberry Pi Pico. docs/guide/hardware.md mirrors this file.
 //!
-//! GP11 is free.
+//! No pin is free.
 
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
@@ -110,6 +110,9 @@ pub struct Board {
     pub panel: PanelPins,
     /// Normally closed switch to ground, GP28: a broken wire stops the rover.
     pub emergency_stop: Input<'static>,
+    /// Two normally closed switches in series to ground, GP11: pressing either, or a broken wire, reads high. Without a
+    /// bumper the pin is wired to ground.
+    pub bumper: Input<'static>,
     pub watchdog: Peri<'static, WATCHDOG>,
     /// On the board, for parameters.
     pub flash: Peri<'static, FLASH>,
@@ -172,6 +175,7 @@ impl Board {
                 buzzer: Output::new(p.PIN_22, Level::Low),
             },
             emergency_stop: Input::new(p.PIN_28, Pull::Up),
+            bumper: Input::new(p.PIN_11, Pull::Up),
             watchdog: p.WATCHDOG,
             flash: p.FLASH,
         }

@@ -15,6 +15,7 @@ pub fn inputs(request: &TickRequest) -> Inputs {
         encoder_right: request.encoder_right,
         battery_mv: request.battery_mv,
         emergency_stop: request.emergency_stop != 0,
+        bumper: request.bumper != 0,
         sonar: (request.echo_sensor != NO_SENSOR).then_some(SonarEcho {
             sensor: request.echo_sensor,
             echo_us: request.echo_us,

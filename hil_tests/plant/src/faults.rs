@@ -12,6 +12,8 @@ pub struct Faults {
     pub sonars: [Option<SonarFault>; 3],
     /// Taken off the battery's terminal voltage, volts.
     pub voltage_drop: f64,
+    /// A switch of the bumper is held closed.
+    pub bumper_pressed: bool,
     /// Of the thermal camera.
     pub camera: Option<CameraFault>,
 }
@@ -63,6 +65,7 @@ impl Faults {
             return Ok(());
         }
         match name {
+            "bumper-pressed" => self.bumper_pressed = on,
             "encoders-swapped" => self.encoders_swapped = on,
             "voltage-drop" => self.voltage_drop = value,
             "sonar-dead" => *self.sonar(index)? = on.then_some(SonarFault::Dead),

@@ -7,6 +7,7 @@
 #![cfg_attr(test, allow(dead_code))]
 
 pub mod battery;
+pub mod bumper;
 pub mod camera;
 pub mod chip;
 pub mod config;

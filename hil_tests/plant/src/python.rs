@@ -309,6 +309,7 @@ impl Plant {
         let finite = |value: f64| value.is_finite().then_some(value);
         let verdict = PyDict::new(py);
         verdict.set_item("collisions", referee.collisions)?;
+        verdict.set_item("bumper_contacts", referee.bumper_contacts)?;
         verdict.set_item("min_clearance_m", finite(referee.min_clearance))?;
         verdict.set_item("min_wall_clearance_m", finite(referee.min_wall_clearance))?;
         verdict.set_item("unseen_ground_m2", survey.unseen_touched())?;

@@ -11,6 +11,8 @@ const PATCH: (f64, f64) = (0.06, 0.025);
 const CASTER: (f64, f64) = (0.10, 0.012);
 /// A contact is over when there is this much room again, metres.
 const RELEASE: f64 = 0.005;
+/// A contact up to this closing speed is one that the bumper is made for; a harder one is a collision, m/s.
+const HARD: f64 = 0.1;
 /// Closer than this counts as touching: the plant keeps the two exactly apart while they press.
 const TOUCH: f64 = 1e-4;
 
@@ -20,8 +22,11 @@ pub struct Referee {
     radius: f64,
     half_track: f64,
     in_contact: bool,
-    /// Contacts with obstacles and walls; one counts until there is room again.
+    hard: bool,
+    /// Contacts with obstacles and walls that were harder than HARD; one counts until there is room again.
     pub collisions: u32,
+    /// The others, counted in the same way.
+    pub bumper_contacts: u32,
     /// Smallest distance from the footprint to an obstacle, metres; infinite without obstacles.
     pub min_clearance: f64,
     /// Smallest distance from the footprint to a bound of the area, metres.
@@ -38,19 +43,22 @@ impl Referee {
             radius: config.footprint_radius,
             half_track: 0.5 * config.drive.track_width,
             in_contact: false,
+            hard: false,
             collisions: 0,
+            bumper_contacts: 0,
             min_clearance: f64::INFINITY,
             min_wall_clearance: f64::INFINITY,
             truth: Vec::new(),
         }
     }
 
-    /// Looks at one moment; called every 10 ms. `blocked`: the plant held the rover back since the last look.
+    /// Looks at one moment; called every 10 ms. `struck`: the greatest closing speed at which the plant
+    /// held the rover back since the last look, if it did.
     pub fn look(
         &mut self,
         now_us: u64,
         pose: Pose,
-        blocked: bool,
+        struck: Option<f64>,
         obstacles: &[Obstacle],
         survey: &mut Survey,
     ) {
@@ -61,13 +69,25 @@ impl Referee {
         self.min_clearance = self.min_clearance.min(room);
         self.min_wall_clearance = self.min_wall_clearance.min(walls);
         let nearest = room.min(walls);
-        if blocked || nearest <= TOUCH {
-            self.collisions += u32::from(!self.in_contact);
-            self.in_contact = true;
+        if struck.is_some() || nearest <= TOUCH {
+            self.touch(struck.unwrap_or(0.0) > HARD);
         } else if nearest > RELEASE {
             self.in_contact = false;
         }
         self.touch_ground(pose, survey);
+    }
+
+    /// One more moment of a contact, or the first. A soft one that becomes hard is a collision.
+    fn touch(&mut self, hard: bool) {
+        if !self.in_contact {
+            (self.in_contact, self.hard) = (true, false);
+            self.bumper_contacts += 1;
+        }
+        if hard && !self.hard {
+            self.hard = true;
+            self.bumper_contacts -= 1;
+            self.collisions += 1;
+        }
     }
 
     fn touch_ground(&self, pose: Pose, survey: &mut Survey) {
@@ -116,7 +136,7 @@ mod tests {
             }
         }
 
-        fn look(&mut self, x: f64, blocked: bool) {
+        fn look(&mut self, x: f64, struck: Option<f64>) {
             const POST: Obstacle = Obstacle {
                 x: 1.5,
                 y: 0.4,
@@ -130,42 +150,57 @@ mod tests {
             };
             self.now_us += 10_000;
             self.referee
-                .look(self.now_us, pose, blocked, &[POST], &mut self.survey);
+                .look(self.now_us, pose, struck, &[POST], &mut self.survey);
         }
     }
 
     #[test]
     fn one_contact_counts_once_until_there_is_room_again() {
         let mut scene = Scene::new();
-        for (x, blocked) in [
-            (1.0, false),
-            (1.3, true),
-            (1.299, true),
-            (1.298, false),
-            (1.3, true),
+        for (x, struck) in [
+            (1.0, None),
+            (1.3, Some(0.2)),
+            (1.299, Some(0.3)),
+            (1.298, None),
+            (1.3, Some(0.2)),
         ] {
-            scene.look(x, blocked);
+            scene.look(x, struck);
         }
         assert_eq!(
             scene.referee.collisions, 1,
             "2 mm of room are no end of a contact"
         );
-        scene.look(1.2, false);
-        scene.look(1.3, true);
+        scene.look(1.2, None);
+        scene.look(1.3, Some(0.2));
         assert_eq!(scene.referee.collisions, 2);
+        assert_eq!(scene.referee.bumper_contacts, 0);
         assert!(scene.referee.min_clearance.abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_soft_contact_is_counted_apart_until_it_becomes_a_hard_one() {
+        let mut scene = Scene::new();
+        scene.look(1.3, Some(0.05));
+        scene.look(1.3, Some(0.0));
+        let counts = |scene: &Scene| (scene.referee.collisions, scene.referee.bumper_contacts);
+        assert_eq!(counts(&scene), (0, 1));
+        scene.look(1.3, Some(0.2));
+        assert_eq!(counts(&scene), (1, 0), "it pushes on");
+        scene.look(1.2, None);
+        scene.look(1.3, Some(0.09));
+        assert_eq!(counts(&scene), (1, 1));
     }
 
     #[test]
     fn wheels_and_caster_on_unseen_ground_are_counted() {
         let mut scene = Scene::new();
-        scene.look(0.4, false);
+        scene.look(0.4, None);
         assert_eq!(
             scene.survey.unseen_touched(),
             0.0,
             "the launch disc was surveyed"
         );
-        scene.look(2.0, false);
+        scene.look(2.0, None);
         let patches = 2.0 * PATCH.0 * PATCH.1 + std::f64::consts::PI * CASTER.1 * CASTER.1;
         assert!((scene.survey.unseen_touched() - patches).abs() < 0.3 * patches);
         assert_eq!(scene.referee.truth.last().unwrap()[..2], [0.02, 2.0]);

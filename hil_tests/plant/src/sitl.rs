@@ -23,6 +23,8 @@ pub struct Sensors {
     pub battery_mv: u16,
     /// Whether the emergency stop is pressed.
     pub emergency_stop: bool,
+    /// Whether a switch of the bumper is pressed.
+    pub bumper: bool,
     /// Bytes of the host that have come over the serial wire so far.
     pub host_bytes_due: u64,
 }
@@ -94,6 +96,7 @@ impl Sensors {
             battery_mv: self.battery_mv,
             echo_sensor: self.echo.map_or(NO_SENSOR, |echo| echo.sensor),
             emergency_stop: u8::from(self.emergency_stop),
+            bumper: u8::from(self.bumper),
             host_bytes_due: self.host_bytes_due,
             ping: self.ping.map_or(0, |ping| ping.sensor + 1),
             ping_echo_us: self.ping.map_or(0, |ping| ping.echo_us),
@@ -143,6 +146,7 @@ mod tests {
             }),
             battery_mv: 7400,
             emergency_stop: true,
+            bumper: false,
             host_bytes_due: 9,
         }
     }

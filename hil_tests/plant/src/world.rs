@@ -3,6 +3,7 @@
 use std::io::{Error, ErrorKind, Result};
 
 use crate::battery::Battery;
+use crate::bumper;
 use crate::camera::{Camera, Frame};
 use crate::config::Config;
 use crate::drive::{Bridge, Drive};
@@ -75,7 +76,8 @@ pub struct World {
     begin: Begin,
     bytes_sent: u64,
     blocked: bool,
-    blocked_since_look: bool,
+    /// Greatest speed against what the plant has held the rover back from since the last look, m/s; None: nothing has.
+    struck: Option<f64>,
 }
 
 impl World {
@@ -110,7 +112,7 @@ impl World {
             begin: Begin::default(),
             bytes_sent: 0,
             blocked: false,
-            blocked_since_look: false,
+            struck: None,
             config,
         };
         world.look();
@@ -172,6 +174,7 @@ impl World {
         );
         self.battery
             .step(self.drive.supply_current(), self.faults.voltage_drop, dt);
+        let before = self.pose;
         let rolled = self
             .pose
             .roll(travel[0], travel[1], self.config.drive.track_width);
@@ -183,7 +186,10 @@ impl World {
             width,
             height,
         );
-        self.blocked_since_look |= self.blocked;
+        if self.blocked {
+            let speed = bumper::closing_speed(before, rolled, self.pose, dt);
+            self.struck = Some(self.struck.unwrap_or(0.0).max(speed));
+        }
         if self.now_us.is_multiple_of(LOOK_US) {
             self.look();
         }
@@ -212,11 +218,11 @@ impl World {
         self.referee.look(
             self.now_us,
             self.pose,
-            self.blocked_since_look,
+            self.struck,
             &self.obstacles,
             &mut self.survey,
         );
-        self.blocked_since_look = false;
+        self.struck = None;
     }
 
     /// The echo that is back by now, if any.
@@ -233,6 +239,14 @@ impl World {
             &self.obstacles,
             &self.faults.sonars,
         );
+    }
+
+    /// Whether a switch of the bumper is pressed.
+    pub fn bumper(&self) -> bool {
+        let (width, height) = (self.config.area_width, self.config.area_height);
+        let radius = self.config.footprint_radius;
+        self.faults.bumper_pressed
+            || bumper::pressed(self.pose, radius, &self.obstacles, width, height)
     }
 
     /// The battery as the firmware's ADC reads it, millivolts.
@@ -269,6 +283,7 @@ impl World {
                 ping: self.ping.take(),
                 battery_mv: self.measure_battery(),
                 emergency_stop: self.emergency_stop,
+                bumper: self.bumper(),
                 host_bytes_due: self.wire.pass(TICK_US) - self.begin.host_bytes,
             };
             let actuators = sitl.exchange(&sensors)?;

@@ -158,7 +158,7 @@ class Bench:
                 return
 
     def _sense(self) -> None:
-        common = {"battery": round(self.battery_v * 1000.0), "emergency_stop": int(self.emergency_stop)}
+        common = {"battery": round(self.battery_v * 1000.0), "emergency_stop": int(self.emergency_stop), "bumper": 0}
         for sensor, distance in self.echoes_m.items():
             echo = 0 if distance is None else round(2e6 * distance / 343.0)
             self.talk.send("InjectSensors", sonar=sensor, echo=echo, **common)

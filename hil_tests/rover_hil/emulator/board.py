@@ -39,7 +39,7 @@ class Board:
         self._triggered: int | None = None
         # A switched-on board: encoders and echoes low, the switch closed.
         low = [pin for pair in wiring.ENCODERS for pin in pair] + [echo for _, echo in wiring.SONARS]
-        for pin in (*low, wiring.EMERGENCY_STOP):
+        for pin in (*low, wiring.EMERGENCY_STOP, wiring.BUMPER):
             chip.set_level(pin, False)
         for sensor, (trigger, _) in enumerate(wiring.SONARS):
             chip.gpio[trigger].add_listener(self._trigger_listener(sensor))
@@ -60,13 +60,15 @@ class Board:
             self._at(rise + (echo_us or SILENCE_US) * CYCLES_PER_US, lambda: self.chip.set_level(echo, False))
 
     def set_levels(self, request: Request) -> None:
-        """Sets what keeps its level: the battery and the emergency stop."""
+        """Sets what keeps its level: the battery, the emergency stop and the bumper."""
         chip = self.chip
         millivolts = request.battery_mv / wiring.BATTERY_DIVIDER
         steps = int(millivolts / wiring.ADC_REFERENCE_MV * wiring.ADC_STEPS)
         chip.adc.channel_values[wiring.BATTERY_CHANNEL] = min(wiring.ADC_STEPS - 1, steps)
-        if bool(chip.gpio_values >> wiring.EMERGENCY_STOP & 1) != request.emergency_stop:
-            chip.set_level(wiring.EMERGENCY_STOP, request.emergency_stop)
+        switches = ((wiring.EMERGENCY_STOP, request.emergency_stop), (wiring.BUMPER, request.bumper))
+        for pin, pressed in switches:
+            if bool(chip.gpio_values >> pin & 1) != pressed:
+                chip.set_level(pin, pressed)
 
     def take_trigger(self) -> int | None:
         """Sensor whose trigger pin was pulsed since the last call; the line's fall starts the burst."""

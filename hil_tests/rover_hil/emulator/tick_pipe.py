@@ -20,6 +20,7 @@ class Request:
     host_bytes_due: int
     ping: tuple[int, int] | None
     """Sensor that was triggered in the last tick, and the length of its echo in µs; 0: none will come."""
+    bumper: bool = False
 
     @classmethod
     def unpack(cls, data: bytes) -> Request:
@@ -32,6 +33,7 @@ class Request:
             emergency_stop=bool(tick.emergency_stop),
             host_bytes_due=tick.host_bytes_due,
             ping=(tick.ping - 1, tick.ping_echo_us) if tick.ping else None,
+            bumper=bool(tick.bumper),
         )
 
 

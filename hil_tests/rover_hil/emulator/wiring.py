@@ -12,6 +12,8 @@ SONARS = ((13, 20), (14, 21), (15, 27))
 BUZZER, LED = 22, 25
 # High when pressed: a normally closed switch to ground.
 EMERGENCY_STOP = 28
+# High when a switch is pressed: both are normally closed, in series to ground.
+BUMPER = 11
 # ADC channel of GP26.
 BATTERY_CHANNEL = 0
 BATTERY_DIVIDER = 3.0

@@ -80,7 +80,7 @@ class DeviceReplay:
         talk.send("TestMode", enable=1, key=TEST_KEY)
         state = talk.until("State", lambda m: bool(m["flags"] & TEST_MODE_FLAG), 1.0)
         self._next_token = state["arm_token"]
-        talk.send("InjectSensors", battery=FULL_MV, emergency_stop=0, sonar=NO_SENSOR, echo=0)
+        talk.send("InjectSensors", battery=FULL_MV, emergency_stop=0, sonar=NO_SENSOR, echo=0, bumper=0)
         self._index_offset = talk.until("MotionStatus", lambda m: True, 1.0)["next_index"]
         talk.send("ClockRequest", sequence=1)
         self._clock_offset = talk.until("ClockReply", lambda m: m["sequence"] == 1, 1.0)["receive_time"]
@@ -107,8 +107,8 @@ class DeviceReplay:
             self._talk.receive()
 
     def _sense(self, tick: TickRequest, sensor: int, echo_us: int) -> None:
-        battery, stop = tick.battery_mv, tick.emergency_stop
-        self._talk.send("InjectSensors", battery=battery, emergency_stop=stop, sonar=sensor, echo=echo_us)
+        switches = {"emergency_stop": tick.emergency_stop, "bumper": tick.bumper}
+        self._talk.send("InjectSensors", battery=tick.battery_mv, sonar=sensor, echo=echo_us, **switches)
 
     def _forward(self, identifier: int, payload: bytes) -> None:
         message, fields = messages.decode(identifier, payload)

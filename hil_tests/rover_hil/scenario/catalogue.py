@@ -12,6 +12,8 @@ TRANSPORTS = ("serial", "can")
 DIRECTIONS = ("both", "to-firmware", "from-firmware")
 WHEELS = ("left", "right")
 SONARS = ("left", "centre", "right")
+# Of a post that a scenario does not say more of.
+POST_HEIGHT_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -163,6 +165,7 @@ FAULTS: dict[str, Fault] = {
     ),
     # The board.
     "emergency-stop-input": Fault("the red button is pressed, and released after the duration", {}),
+    "bumper-pressed": Fault("a switch of the bumper closes, with nothing there, and opens after the duration"),
     "firmware-hang": Fault(
         "the firmware's loop hangs until the watchdog resets the board", {}, SIMULATED, SERIAL, lasting=False
     ),
@@ -193,6 +196,7 @@ FAULTS: dict[str, Fault] = {
             "distance_m": Number("from the footprint's edge to the post's near side", 0.02, 4),
             "radius_m": Number("of the post", 0.01, 0.5, 0.05),
             "bearing_deg": Number("to the left of straight ahead", -90, 90, 0),
+            "height_m": Number("of the post; the sonars see over what is lower than 0.1 m", 0.01, 2, POST_HEIGHT_M),
         },
         lasting=False,
     ),
@@ -217,9 +221,9 @@ FAULTS: dict[str, Fault] = {
 # Faults for whole missions: of the world and of processes. Wire and commands belong to scripted drives.
 IN_MISSIONS = (
     "companion-killed", "companion-frozen", "operator-stop", "camera-frozen", "camera-dead", "camera-ffc",
-    "emergency-stop-input", "firmware-hang", "firmware-stall", "brown-out", "encoder-stuck", "encoder-reversed",
-    "encoders-swapped", "encoder-jump", "wheel-slip", "motor-stalled", "motor-open", "sonar-dead", "sonar-near",
-    "sonar-deaf", "obstacle-ahead", "battery-sag", "carried-away",
+    "emergency-stop-input", "bumper-pressed", "firmware-hang", "firmware-stall", "brown-out", "encoder-stuck",
+    "encoder-reversed", "encoders-swapped", "encoder-jump", "wheel-slip", "motor-stalled", "motor-open", "sonar-dead",
+    "sonar-near", "sonar-deaf", "obstacle-ahead", "battery-sag", "carried-away",
 )  # fmt: skip
 
 OF_PROCESSES = ("companion-killed", "companion-frozen", "operator-stop")

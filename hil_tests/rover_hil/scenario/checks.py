@@ -16,6 +16,7 @@ ABOVE_AND_BELOW = {
     "speed_below": "speed < {}",
     "speed_above": "speed > {}",
     "collisions": "collisions == {}",
+    "bumper_contacts": "bumper_contacts == {}",
     "keepout_violations": "keepout_violations == {}",
     "mines_driven_over": "mines_driven_over == {}",
     "mines_with_contrast_found": "mines_with_contrast_found == {}",

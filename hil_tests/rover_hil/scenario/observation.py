@@ -19,7 +19,8 @@ NUMBERS = {
     "heading_deg": "true heading relative to the launch",
     "battery_v": "true voltage at the battery",
     "clearance_m": "smallest true distance from the footprint to an obstacle so far",
-    "collisions": "collisions that the referee has counted",
+    "collisions": "contacts harder than 0.1 m/s that the referee has counted",
+    "bumper_contacts": "the softer ones",
     "duty": "larger of both duties that the motors really get, 0 to 1",
     "cause_detail": "State.cause_detail of the firmware",
     "queued": "segments in the firmware's queue",
@@ -41,6 +42,7 @@ FLAGS = {
     "powered": "the motors really are powered",
     "handshake": "the firmware has accepted the companion's handshake",
     "emergency_input": "the firmware sees the emergency-stop input",
+    "bumper": "the firmware sees a pressed switch of the bumper",
     "driving": "the scripted drive is not at its end",
     "buzzer": "the buzzer sounds",
 }

@@ -78,6 +78,7 @@ class Probe:
             cause_detail=float(raw["cause_detail"]),
             handshake=bool(raw["flags"] & 1),
             emergency_input=bool(raw["flags"] & 2),
+            bumper=bool(raw["flags"] & 32),
         )
         for code, name in messages.VALUES["Fault"]["code"].items():
             self.values[f"fault.{name}"] = bool(raw["faults"] >> code & 1)

@@ -14,11 +14,11 @@ from rover_plant import Plant
 from rover_hil.client.bus import LockstepBus
 from rover_hil.client.line import LockstepTransport
 from rover_hil.scenario.board_faults import FAULTY_RIGS, FaultyRig
+from rover_hil.scenario.catalogue import POST_HEIGHT_M
 from rover_hil.scenario.faulty_wire import FaultyBus, FaultyLine, HostTime
 from rover_hil.scenario.language import Scenario
 from rover_hil.scenario.probe import Probe
 from rover_hil.scenario.wire_faults import WireFaults
-from rover_hil.scenario.world_faults import POST_HEIGHT_M
 
 RESOLUTION_M = 0.1
 MARGIN_M = 1.0

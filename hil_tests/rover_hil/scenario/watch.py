@@ -199,6 +199,7 @@ def look_at_referee(plant: Plant) -> dict[str, float]:
     clearance = verdict["min_clearance_m"]
     return {
         "collisions": float(verdict["collisions"] or 0),
+        "bumper_contacts": float(verdict["bumper_contacts"] or 0),
         "clearance_m": FAR_M if clearance is None else float(clearance),
         "unseen_m2": float(verdict["unseen_ground_m2"] or 0.0),
     }

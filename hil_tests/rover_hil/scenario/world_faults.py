@@ -13,9 +13,8 @@ from rover_hil.scenario.language import Injection
 
 OF_A_WHEEL = ("encoder-stuck", "encoder-reversed", "motor-stalled", "motor-open", "wheel-slip")
 OF_A_SONAR = ("sonar-dead", "sonar-deaf", "sonar-near")
-OF_THE_ROVER = ("encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
+OF_THE_ROVER = ("bumper-pressed", "encoders-swapped", "camera-frozen", "camera-dead", "camera-ffc")
 END_BY_THEMSELVES = ("firmware-hang", "firmware-stall", "brown-out", "encoder-jump", "obstacle-ahead", "carried-away")
-POST_HEIGHT_M = 0.5
 
 
 class WorldFaults:
@@ -73,4 +72,5 @@ class WorldFaults:
         radius = injection.number("radius_m")
         bearing = heading + math.radians(injection.number("bearing_deg"))
         reach = STANDARD.radius + injection.number("distance_m") + radius
-        self._plant.add_obstacle(x + reach * math.cos(bearing), y + reach * math.sin(bearing), radius, POST_HEIGHT_M)
+        at = x + reach * math.cos(bearing), y + reach * math.sin(bearing)
+        self._plant.add_obstacle(*at, radius, injection.number("height_m"))

@@ -5,7 +5,7 @@ Written by `python -m tools.generate`: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0x31215C29
+SCHEMA_HASH = 0x79B66B14
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
@@ -76,7 +76,7 @@ TestMode = Message("TestMode", 0x130, 3, (("enable", 0, 1, False), ("key", 1, 2,
 # Quadrature counts in test mode.
 InjectWheels = Message("InjectWheels", 0x131, 8, (("left", 0, 4, True), ("right", 4, 4, True),))
 # All other measurements in test mode.
-InjectSensors = Message("InjectSensors", 0x132, 7, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False),))
+InjectSensors = Message("InjectSensors", 0x132, 8, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False), ("bumper", 7, 1, False),))
 # Restarts. Ignored while armed, while a wheel turns, and before the first Hello, whatever its schema.
 Reboot = Message("Reboot", 0x7F0, 4, (("magic", 0, 4, False),))
 
@@ -162,7 +162,8 @@ STATE_CAUSE_DISARM = 10
 STATE_CAUSE_INTERNAL = 11
 STATE_CAUSE_INJECTOR_SILENT = 12
 STATE_CAUSE_SENSOR_LOST = 13
-STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent", 13: "SensorLost"}
+STATE_CAUSE_BUMPER = 14
+STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent", 13: "SensorLost", 14: "Bumper"}
 
 # Sonar.status
 SONAR_STATUS_OK = 0

@@ -29,11 +29,12 @@ class TickRequest:
     emergency_stop: 1 while the emergency-stop input is active.
     host_bytes_due: Bytes of the host that must have come before this tick, in total.
     ping: 1 + the sonar that was triggered in the last tick; 0: none was.
+    bumper: 1 while a switch of the bumper is pressed.
     ping_echo_us: Length of the echo that it is going to hear, µs; 0: none.
     """
 
     SIZE = 40
-    FORMAT = "<QiiIHBBQB3xI"
+    FORMAT = "<QiiIHBBQBB2xI"
 
     def __init__(
         self,
@@ -46,6 +47,7 @@ class TickRequest:
         emergency_stop: int = 0,
         host_bytes_due: int = 0,
         ping: int = 0,
+        bumper: int = 0,
         ping_echo_us: int = 0,
     ) -> None:
         self.now_us = now_us
@@ -57,6 +59,7 @@ class TickRequest:
         self.emergency_stop = emergency_stop
         self.host_bytes_due = host_bytes_due
         self.ping = ping
+        self.bumper = bumper
         self.ping_echo_us = ping_echo_us
 
     def pack(self) -> bytes:
@@ -72,6 +75,7 @@ class TickRequest:
             self.emergency_stop,
             self.host_bytes_due,
             self.ping,
+            self.bumper,
             self.ping_echo_us,
         )
 

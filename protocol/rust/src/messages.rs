@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0x31215c29;
+pub const SCHEMA_HASH: u32 = 0x79b66b14;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -366,7 +366,7 @@ pub struct State {
     pub state: u8,
     /// Why it last stopped; 0 None, 1 StopCommand, 2 EmergencyCommand, 3 EmergencyInput, 4 DeadMan, 5
     /// SonarGuard, 6 LowBattery, 7 Stall, 8 EncoderFault, 9 Underrun, 10 Disarm, 11 Internal, 12
-    /// InjectorSilent, 13 SensorLost.
+    /// InjectorSilent, 13 SensorLost, 14 Bumper.
     pub cause: u8,
     /// Reason byte of a stop command, or the number of the sensor or wheel.
     pub cause_detail: u8,
@@ -375,7 +375,7 @@ pub struct State {
     /// The latest token seen.
     pub arm_token: u16,
     /// Bit 0 handshake done; bit 1 emergency-stop input active; bit 2 moving; bit 3 motors powered; bit 4
-    /// test mode: the bridges are off whatever bit 3 says.
+    /// test mode: the bridges are off whatever bit 3 says; bit 5 a bumper switch is pressed.
     pub flags: u8,
 }
 
@@ -452,6 +452,8 @@ pub mod state_cause {
     pub const INJECTOR_SILENT: u8 = 12;
     /// SensorLost.
     pub const SENSOR_LOST: u8 = 13;
+    /// Bumper.
+    pub const BUMPER: u8 = 14;
 }
 
 /// Quadrature counts, x4.
@@ -1243,27 +1245,31 @@ pub struct InjectSensors {
     pub sonar: u8,
     /// In 1e-06 s; length of its echo; 0 for a time-out, 16.777215 for a sensor that says nothing.
     pub echo: u32,
+    /// Not 0: pressed; the real one does not count.
+    pub bumper: u8,
 }
 
 impl Message for InjectSensors {
     const ID: u16 = 0x132;
-    const LENGTH: usize = 7;
+    const LENGTH: usize = 8;
 
     fn write(&self, out: &mut [u8; 8]) {
         let [b0, b1] = self.battery.to_le_bytes();
         let b2 = self.emergency_stop;
         let b3 = self.sonar;
         let [b4, b5, b6, _] = self.echo.to_le_bytes();
-        *out = [b0, b1, b2, b3, b4, b5, b6, 0];
+        let b7 = self.bumper;
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
     }
 
     fn read(payload: &[u8]) -> Option<Self> {
-        let p: &[u8; 7] = payload.try_into().ok()?;
+        let p: &[u8; 8] = payload.try_into().ok()?;
         Some(Self {
             battery: u16::from_le_bytes([p[0], p[1]]),
             emergency_stop: p[2],
             sonar: p[3],
             echo: u32::from_le_bytes([p[4], p[5], p[6], 0]),
+            bumper: p[7],
         })
     }
 }

@@ -34,6 +34,8 @@ pub struct TickRequest {
     pub host_bytes_due: u64,
     /// 1 + the sonar that was triggered in the last tick; 0: none was.
     pub ping: u8,
+    /// 1 while a switch of the bumper is pressed.
+    pub bumper: u8,
     /// Length of the echo that it is going to hear, µs; 0: none.
     pub ping_echo_us: u32,
 }
@@ -54,6 +56,7 @@ impl TickRequest {
         out[23] = self.emergency_stop;
         out[24..32].copy_from_slice(&self.host_bytes_due.to_le_bytes());
         out[32] = self.ping;
+        out[33] = self.bumper;
         out[36..40].copy_from_slice(&self.ping_echo_us.to_le_bytes());
         out
     }
@@ -72,6 +75,7 @@ impl TickRequest {
                 b[24], b[25], b[26], b[27], b[28], b[29], b[30], b[31],
             ]),
             ping: b[32],
+            bumper: b[33],
             ping_echo_us: u32::from_le_bytes([b[36], b[37], b[38], b[39]]),
         }
     }

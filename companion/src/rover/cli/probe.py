@@ -26,6 +26,7 @@ CAUSES = {
     "Underrun": "the motion queue ran empty while it moved",
     "Disarm": "it was disarmed",
     "Internal": "the firmware met an error of its own",
+    "Bumper": "its bumper touched something",
     "SensorLost": "a sonar no longer answered while it drove forward",
     "InjectorSilent": "in test mode, what plays its sensors fell silent",
 }

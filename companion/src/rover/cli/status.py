@@ -57,6 +57,7 @@ def document(answer: Answer, port: str) -> dict[str, Any]:
         "meaning": answer.meaning,
         "faults": list(state.faults),
         "emergency_input": state.emergency_input,
+        "bumper": state.bumper,
         "moving": state.moving,
         "powered": state.powered,
         "battery_v": None if answer.battery is None else round(answer.battery.voltage, 3),
@@ -76,6 +77,7 @@ def text(answer: Answer, port: str) -> str:
         ("faults", ", ".join(state.faults) or "none"),
         ("motors", "powered" if state.powered else "off"),
         ("emergency stop", "pressed" if state.emergency_input else "released"),
+        ("bumper", "pressed" if state.bumper else "free"),
         ("battery", "not told" if answer.battery is None else f"{answer.battery.voltage:.2f} V"),
         ("round trip", f"{answer.figures.round_trip_median * 1e3:.1f} ms"),
     ]

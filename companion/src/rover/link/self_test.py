@@ -28,6 +28,7 @@ def self_test(state: FirmwareState, battery: Battery | None, sonars: dict[int, s
         Finding("faults", not faults, faults or "none"),
         Finding("battery", battery is not None and not low, volts),
         Finding("emergency stop", not state.emergency_input, "pressed" if state.emergency_input else "released"),
+        Finding("bumper", not state.bumper, "pressed, or a wire is off" if state.bumper else "free"),
         *(_sonar(name, sonars.get(number)) for number, name in enumerate(SENSORS)),
     ]
 

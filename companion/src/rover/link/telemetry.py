@@ -44,6 +44,7 @@ class FirmwareState:
     emergency_input: bool
     moving: bool
     powered: bool
+    bumper: bool = False
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,7 @@ class TelemetryReader:
             emergency_input=bool(flags & 2),
             moving=bool(flags & 4),
             powered=bool(flags & 8),
+            bumper=bool(flags & 32),
         )
 
     def _battery(self, raw: dict[str, int], received: float) -> Battery:

@@ -33,6 +33,7 @@ class StopCause(StrEnum):
     INTERNAL = "Internal"
     INJECTOR_SILENT = "InjectorSilent"
     SENSOR_LOST = "SensorLost"
+    BUMPER = "Bumper"
 
 
 class FaultCode(StrEnum):

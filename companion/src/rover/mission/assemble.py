@@ -99,7 +99,7 @@ def assemble(
         surveyed_area=float(shown.sum()) * grid.resolution**2,
         wanted_area=float(survey.coverage.wanted.sum()) * grid.resolution**2 if area.polygon or area.exclude else None,
         coverage=coverage,
-        safety=_safety(referee),
+        safety=_safety(referee, survey.contacts.count),
         found=_found(referee),
         localization=_localization(survey, track, out),
         link=asdict(figures),
@@ -156,6 +156,7 @@ def _cut(survey: Survey, x: float, y: float) -> NDArray[np.float32] | None:
 def _obstacles(survey: Survey) -> tuple[ObstacleResult, ...]:
     grid = survey.perception.grid
     found = [ObstacleResult(x, y, r, ObstacleSource.GIVEN) for x, y, r in survey.mission.area.obstacles]
+    found += [ObstacleResult(x, y, r, ObstacleSource.TOUCHED) for x, y, r in survey.contacts.discs]
     count, _, stats, centres = cv2.connectedComponentsWithStats(grid.occupied.astype(np.uint8), connectivity=8)
     for label in range(1, count):
         cells = int(stats[label, cv2.CC_STAT_AREA])
@@ -210,11 +211,12 @@ def _found(referee: Mapping[str, Any] | None) -> Found | None:
     )
 
 
-def _safety(referee: Mapping[str, Any] | None) -> Safety:
+def _safety(referee: Mapping[str, Any] | None, felt: int) -> Safety:
     if referee is None:
-        return Safety()
+        return Safety(bumper_contacts=felt)
     return Safety(
         collisions=_count(referee, "collisions"),
+        bumper_contacts=max(felt, _count(referee, "bumper_contacts") or 0),
         keepout_violations=_count(referee, "keepout_violations"),
         unseen_ground=referee.get("unseen_ground_m2"),
         min_clearance=referee.get("min_clearance_m"),

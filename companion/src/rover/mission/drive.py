@@ -77,6 +77,11 @@ class Drive:
         """Turns where it stands."""
         self.start(np.array([[pose.x, pose.y]]), heading)
 
+    def back_off(self, distance: float, speed: float) -> None:
+        """Straight back, metres and m/s, over the ground that the rover has come by."""
+        self._path, self.blocked = np.empty((0, 2)), False
+        self._follower.back_off(distance, speed)
+
     def stop(self) -> None:
         """Brakes within the limits from the end of what is committed."""
         self._follower.request_stop()

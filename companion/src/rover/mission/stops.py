@@ -10,6 +10,7 @@ from rover.outcome import Outcome, RunStatus
 # Stops of one cause after which the rover is armed again; of a cause that is not named here, none.
 MAX_REARMS: dict[str, int] = {
     StopCause.SONAR_GUARD: 30,
+    StopCause.BUMPER: 10,
     StopCause.STOP_COMMAND: 100,
     StopCause.UNDERRUN: 5,
     StopCause.DEAD_MAN: 3,

@@ -20,9 +20,10 @@ from rover.capture.frame import Frame
 from rover.detection.second_look import sign_at
 from rover.geometry import wrap_angle
 from rover.link.telemetry import FirmwareState, Telemetry
-from rover.link.words import MotorState
+from rover.link.words import MotorState, StopCause
 from rover.mission.caution import BOLD, CAUTIOUS, Caution
 from rover.mission.config import Mission
+from rover.mission.contacts import BACK_OFF_M, BACK_OFF_SPEED, Contacts
 from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
 from rover.mission.ending import judged, percent
@@ -82,6 +83,7 @@ class Survey:
         self.caution = Caution(perception.grid, sign_at(mission.time_of_day_s / 3600.0))
         # The least likeness of the weak spots that the stretch being driven keeps off.
         self._kept_off = CAUTIOUS
+        self.contacts = Contacts()
         self.drive = Drive(vehicle, mission.rover.cruise_speed)
         self.phase = Phase.START
         self.outcome: Outcome | None = None
@@ -171,7 +173,7 @@ class Survey:
             grid.seen if seen is None else seen,
             grid.resolution,
             self.perception.keepout.active,
-            self.mission.area,
+            self.contacts.added_to(self.mission.area),
             self.mission.launch,
             self.vehicle,
         )
@@ -355,11 +357,15 @@ class Survey:
         self.drive.halted(now)
         self._stops.add(firmware.cause)
         self._note(now, f"the firmware stopped the rover: {firmware.cause}")
+        if firmware.cause == StopCause.BUMPER:
+            self.contacts.touch(self.perception.pose, self.vehicle)
         self._happen(Event.STOPPED, now)
 
     def _recover(self, now: float, firmware: FirmwareState) -> Orders:
         if firmware.state in (MotorState.ARMED, MotorState.MOVING):
             self._happen(Event.REARMED, now)
+            if self._stops.last == StopCause.BUMPER:
+                self.drive.back_off(BACK_OFF_M, BACK_OFF_SPEED)
         elif firmware.state == MotorState.STOPPING or now - self._since < REARM_DELAY_S:
             pass
         elif self._end is not None:

@@ -28,6 +28,7 @@ class ObstacleSource(StrEnum):
 
     GIVEN = "given"
     THERMAL = "thermal"
+    TOUCHED = "touched"
 
 
 @dataclass(frozen=True)
@@ -103,13 +104,17 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Safety:
-    """What the referee of a simulated rig counted; None where nobody could count (a real field)."""
+    """What the referee of a simulated rig counted; None where nobody could count (a real field).
+
+    collisions: contacts harder than 0.1 m/s; bumper_contacts: the softer ones and what the bumper felt.
+    """
 
     collisions: int | None = None
     keepout_violations: int | None = None
     unseen_ground: float | None = None
     min_clearance: float | None = None
     wheel_over_mine: int | None = None
+    bumper_contacts: int = 0
 
 
 @dataclass(frozen=True)
@@ -274,6 +279,7 @@ class RunResult:
             "detections": [detection_json(d) for d in self.detections],
             "goals": [goal_json(g) for g in self.goals],
             "collisions": self.safety.collisions,
+            "bumper_contacts": self.safety.bumper_contacts,
             "keepout_violations": self.safety.keepout_violations,
             "unseen_ground_m2": _rounded(self.safety.unseen_ground, 5),
             "min_clearance_m": _rounded(self.safety.min_clearance, 4),

@@ -110,6 +110,7 @@ def invariants(result: RunResult) -> Html:
     unseen, clearance = safety.unseen_ground, safety.min_clearance
     rows = (
         _count("Collisions", safety.collisions, absent),
+        _count("Touches of up to 0.1 m/s, and what the bumper felt", safety.bumper_contacts, absent),
         _count("Keep-out violations", safety.keepout_violations, absent),
         _invariant("Unseen ground driven on", _square(unseen), absent, None if unseen is None else unseen == 0.0),
         _count("Wheel over a mine (truth)", safety.wheel_over_mine, absent),
@@ -130,6 +131,7 @@ def broken(result: RunResult) -> list[str]:
     safety = result.safety
     counts = (
         (safety.collisions, "collisions"),
+        (safety.bumper_contacts, "bumper contacts"),
         (safety.keepout_violations, "keep-out violations"),
         (safety.wheel_over_mine, "times a wheel over a mine"),
     )

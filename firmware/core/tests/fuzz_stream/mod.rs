@@ -286,6 +286,7 @@ impl Episode {
                 7_400
             },
             emergency_stop: random.below(5_000) == 0,
+            bumper: random.below(2_000) == 0,
             sonar,
         }
     }
@@ -362,6 +363,7 @@ impl Episode {
         let sensors = m::InjectSensors {
             battery: 7_400,
             emergency_stop: u8::from(self.random.below(50) == 0),
+            bumper: u8::from(self.random.below(50) == 0),
             sonar: self.random.below(4) as u8,
             echo: self.random.next() as u32 >> self.random.below(32),
         };

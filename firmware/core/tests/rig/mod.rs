@@ -38,6 +38,7 @@ pub struct Rig {
     pub motors: [Motor; 2],
     pub battery_mv: u16,
     pub emergency_stop: bool,
+    pub bumper: bool,
     /// Range that each sonar sees, mm; None is a timeout.
     pub ranges_mm: [Option<u32>; 3],
     pub now_us: u64,
@@ -64,6 +65,7 @@ impl Rig {
             motors: [Motor::new(kind), Motor::new(kind)],
             battery_mv: 7_400,
             emergency_stop: false,
+            bumper: false,
             ranges_mm: [None; 3],
             now_us: 0,
             outputs: Outputs::default(),
@@ -160,6 +162,7 @@ impl Rig {
             encoder_right: self.motors[1].counts(),
             battery_mv: self.battery_mv,
             emergency_stop: self.emergency_stop,
+            bumper: self.bumper,
             sonar: due.map(|(_, echo)| echo),
         };
         self.outputs = self.core.tick(&inputs);

@@ -143,6 +143,13 @@ class PathFollower:
         found = blend_path(points, self._curve_limits, blend, clearance)
         return [Curve(stretch, self.limits) for stretch in found.stretches]
 
+    def back_off(self, distance: float, speed: float) -> None:
+        """Goes straight back by so many metres, at no more than this speed. Call it while at rest."""
+        self.follow([])
+        limits = replace(self.limits, speed=min(speed, self.limits.speed))
+        profile = to_position(Axis(), -distance, limits)
+        self._pending = split(run(merge(profile, None)), round(self.settings.chunk * 1e6))
+
     def request_stop(self) -> None:
         """The next call returns a jerk-limited stop from the end of what is committed."""
         self._stop_wanted = True

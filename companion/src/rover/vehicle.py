@@ -19,6 +19,7 @@ TABLES = {
     "body": ("radius_m",),
     "wheels": ("track_m", "radius_m", "counts_per_revolution"),
     "travel": ("speed_m_s", "acceleration_m_s2", "jerk_m_s3"),
+    "battery": ("cells", "capacity_wh", "resistance_ohm", "power_w", "low_v"),
     "turning": ("speed_rad_s", "acceleration_rad_s2", "jerk_rad_s3"),
 }
 SONAR_KEYS = ("x_m", "y_m", "yaw_deg", "half_angle_deg")
@@ -46,6 +47,20 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class Pack:
+    """A lithium-ion battery, from which the companion reckons how far it still lasts.
+
+    power_w: drawn on average while driving; low_v: at which the firmware stops the rover.
+    """
+
+    cells: int = 2
+    capacity_wh: float = 19.0
+    resistance_ohm: float = 0.15
+    power_w: float = 12.0
+    low_v: float = 6.2
+
+
+@dataclass(frozen=True)
 class Vehicle:
     """Differential drive inside a disc; metres, radians, seconds. Sonars: left, centre, right."""
 
@@ -60,6 +75,8 @@ class Vehicle:
         SonarMount(0.12, 0.0, 0.0),
         SonarMount(0.10, -0.06, math.radians(-30.0)),
     )
+
+    pack: Pack = Pack()
 
     @property
     def metres_per_count(self) -> float:
@@ -87,7 +104,7 @@ def load_vehicle(path: Path) -> Vehicle:
     Raises BadInput for anything wrong in the file.
     """
     top = Table.of_file(path).only(*TABLES, "sonar")
-    body, wheels, travel, turning = (top.table(name).only(*keys) for name, keys in TABLES.items())
+    body, wheels, travel, battery, turning = (top.table(name).only(*keys) for name, keys in TABLES.items())
     vehicle = Vehicle(
         radius=body.number("radius_m", 0.05, 2.0, STANDARD.radius),
         track_width=wheels.number("track_m", 0.05, 1.0, STANDARD.track_width),
@@ -95,6 +112,7 @@ def load_vehicle(path: Path) -> Vehicle:
         counts_per_revolution=wheels.integer("counts_per_revolution", 4, 1_000_000, STANDARD.counts_per_revolution),
         travel=_limits(travel, TABLES["travel"], STANDARD.travel),
         heading=_limits(turning, TABLES["turning"], STANDARD.heading),
+        pack=_pack(battery),
         sonars=_sonars(top) if top.has("sonar") else STANDARD.sonars,
     )
     if vehicle.wheel_reach > vehicle.radius:
@@ -109,6 +127,17 @@ def _limits(table: Table, keys: tuple[str, ...], standard: Limits) -> Limits:
         table.number(speed, 0.01, 10.0, standard.speed),
         table.number(acceleration, 0.01, 50.0, standard.acceleration),
         table.number(jerk, 0.1, 500.0, standard.jerk),
+    )
+
+
+def _pack(table: Table) -> Pack:
+    standard = STANDARD.pack
+    return Pack(
+        cells=table.integer("cells", 1, 14, standard.cells),
+        capacity_wh=table.number("capacity_wh", 0.1, 5000.0, standard.capacity_wh),
+        resistance_ohm=table.number("resistance_ohm", 0.0, 5.0, standard.resistance_ohm),
+        power_w=table.number("power_w", 0.1, 2000.0, standard.power_w),
+        low_v=table.number("low_v", 1.0, 60.0, standard.low_v),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from rover.cli.probe import CAUSES, in_words
+from rover.link.firmware_document import CAUSES, in_words
 from rover.link.telemetry import FirmwareState
 from rover_protocol import messages
 

@@ -20,8 +20,11 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission, from_document
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
+from rover.mission.orders import Orders
 from rover.mission.perception import PLACED_SIGMA, Perception
-from rover.mission.survey import Orders, Survey
+from rover.mission.phase import Phase
+from rover.mission.survey import Survey
+from rover.outcome import Outcome
 from rover.vehicle import STANDARD
 
 CYCLE = 0.1
@@ -147,6 +150,17 @@ class ImaginedRover:
         """The world is another from now on."""
         for name, value in vars(replace(self.world, **changes)).items():
             setattr(self.world, name, value)
+
+    @property
+    def phase(self) -> Phase:
+        return self.survey.phase
+
+    @property
+    def outcome(self) -> Outcome | None:
+        return self.survey.outcome
+
+    def has_ended(self) -> bool:
+        return self.survey.outcome is not None
 
     @property
     def notes(self) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from rover.mission.phase import PHASES, TABLE, Event, Phase, transition
 
 # The phases in which the rover is armed.
-DRIVEN = (Phase.LOOK, Phase.SEEK, Phase.DECIDE, Phase.DRIVE, Phase.INSPECT)
+DRIVEN = (Phase.LOOK, Phase.SEEK, Phase.DECIDE, Phase.DRIVE, Phase.INSPECT, Phase.HOME)
 
 # Every cell that means something; the test below holds all others to be empty.
 MEANT: dict[tuple[Phase, Event], Phase] = {
@@ -28,8 +28,12 @@ MEANT: dict[tuple[Phase, Event], Phase] = {
     **{(phase, Event.ASTRAY): Phase.SEEK for phase in DRIVEN if phase is not Phase.SEEK},
     **{(phase, Event.STALLED): Phase.LOOK for phase in DRIVEN if phase is not Phase.SEEK},
     (Phase.SEEK, Event.STALLED): Phase.SEEK,
-    **{(phase, Event.STOPPED): Phase.HALTED for phase in DRIVEN},
-    **{(phase, Event.ENDED): Phase.FINISHED for phase in (Phase.START, *DRIVEN, Phase.HALTED)},
+    (Phase.HOME, Event.BLIND): Phase.DECIDE,
+    **{(phase, Event.RETURN): Phase.HOME for phase in DRIVEN if phase is not Phase.SEEK},
+    **{(phase, Event.PAUSE): Phase.PAUSED for phase in DRIVEN},
+    (Phase.PAUSED, Event.GO): Phase.DECIDE,
+    **{(phase, Event.STOPPED): Phase.HALTED for phase in (*DRIVEN, Phase.PAUSED)},
+    **{(phase, Event.ENDED): Phase.FINISHED for phase in (Phase.START, *DRIVEN, Phase.PAUSED, Phase.HALTED)},
 }
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from rover.errors import BadInput
 from rover.link.port import CanPort
+from rover.mission.commands import Command, Word
 from rover.mission.loop import Control
 from rover.record.log_reader import Log
 from rover.record.rig_step import RigStep
@@ -122,7 +123,11 @@ class RecordedOperator:
         """To be called when the companion's time is `now_us`."""
         while self._event is not None and self._event.time_ns <= now_us * 1000:
             wanted = json.loads(self._event.data)
-            self._control.stop, self._control.emergency = wanted["stop"], wanted["emergency"]
+            if "word" in wanted:
+                self._control.commands.append(Command(Word(wanted["word"]), wanted["goal"]))
+            else:
+                self._control.stop, self._control.emergency = wanted["stop"], wanted["emergency"]
+                self._control.attended = wanted.get("attended", False)
             self._event = next(self._events, None)
 
 

@@ -20,6 +20,7 @@ from rover.errors import Aborted
 # Every command of the project with a line about it, in the order of `rover --help`.
 COMMANDS: Mapping[str, str] = {
     "run": "A mission, start to report.",
+    "tell": "Says something to a mission on its way.",
     "recover": "Report and survey of a run that was cut off.",
     "replay": "A recorded stream back into a rig, compared.",
     "plan": "A path through goals on a map.",

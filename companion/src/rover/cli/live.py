@@ -89,6 +89,9 @@ class MissionView:
 def fields(status: Status) -> list[tuple[str, str]]:
     """What is shown, as (name, value)."""
     battery = "unknown" if status.battery is None else f"{status.battery:.2f} V"
+    left = "unknown" if status.remaining is None else f"about {status.remaining / 60.0:.0f} min"
+    if status.energy_wh is not None and status.energy_s is not None:
+        left += f"; battery for {status.energy_s / 60.0:.0f} min ({status.energy_wh:.1f} Wh)"
     trip = f"{status.round_trip * 1e3:.1f} ms" if math.isfinite(status.round_trip) else "unknown"
     factor = status.time / status.wall if status.wall > 0.0 else 0.0
     return [
@@ -100,8 +103,10 @@ def fields(status: Status) -> list[tuple[str, str]]:
         ("indications", str(status.indications)),
         ("surveyed", f"{100.0 * status.surveyed:.0f} %"),
         ("battery", battery),
+        ("left", left),
         ("link", f"{status.lost_frames} lost, round trip {trip}"),
         ("speed", f"{factor:.1f} x real time"),
+        *([("waits for", status.waits_for)] if status.waits_for else []),
     ]
 
 

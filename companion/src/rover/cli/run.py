@@ -25,7 +25,7 @@ stop, and so is a terminal that hangs up; the second is an emergency stop. The e
 pre-flight failed, 4 no path, 5 ended by the operator, 6 safety stop, 7 link lost, 8 partial, can be resumed.
 
 Every run has a folder of its own, made once the pre-flight check has passed. What --resume needs is written every few
-seconds: a run that was cut off is gone on from, too.
+seconds: a run that was cut off is gone on from, too. rover tell speaks to it on its way.
 
 \b
 Examples:
@@ -66,6 +66,14 @@ def command(
         Path | None,
         typer.Option(metavar="RUN", help="Folder of an earlier run of this field: go on with what it has learned."),
     ] = None,
+    attended: Annotated[
+        bool | None,
+        typer.Option(
+            "--attended/--unattended",
+            help="After a gap of the companion: ask whether to drive on, or end.  [default: ask on device]",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress on stderr.")] = False,
 ) -> int:
@@ -85,7 +93,7 @@ def command(
     from rover.mission.loop import Control
     from rover.mission.run import run_mission
 
-    control = Control()
+    control = Control(attended=attended if attended is not None else rig is RigName.DEVICE)
     with view, operator_signals(control, view.say):
         result = run_mission(
             loaded,
@@ -134,6 +142,8 @@ def summary_text(result: RunResult, report: Path, mission: str) -> str:
         + ("" if d.inspected else f", not inspected: {d.why_not}")
         for d in result.detections
     ]
+    if result.home is not None and not result.home.reached:
+        lines.append(f"the rover is not at its launch: {result.home.reason}")
     if result.coverage is not None:
         lines.append(f"seen: {result.coverage}; {100.0 * result.coverage.required:g} % are required")
     if result.found is not None:

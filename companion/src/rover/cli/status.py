@@ -8,6 +8,7 @@ import typer
 
 from rover.cli.output import write_json, write_text
 from rover.link.baud import DEFAULT_BAUD
+from rover.link.firmware_document import firmware_document
 
 if TYPE_CHECKING:
     from rover.cli.probe import Answer
@@ -43,26 +44,7 @@ def command(
 
 def document(answer: Answer, port: str) -> dict[str, Any]:
     """The answer as JSON."""
-    identity, state = answer.identity, answer.state
-    return {
-        "port": port,
-        "firmware": identity.version,
-        "board": identity.board,
-        "git_hash": identity.git_hash,
-        "schema_hash": f"{identity.schema_hash:08x}",
-        "reset_cause": identity.reset_cause,
-        "state": state.state,
-        "cause": state.cause,
-        "cause_detail": state.cause_detail,
-        "meaning": answer.meaning,
-        "faults": list(state.faults),
-        "emergency_input": state.emergency_input,
-        "bumper": state.bumper,
-        "moving": state.moving,
-        "powered": state.powered,
-        "battery_v": None if answer.battery is None else round(answer.battery.voltage, 3),
-        "round_trip_ms": round(answer.figures.round_trip_median * 1e3, 3),
-    }
+    return firmware_document(port, answer.identity, answer.state, answer.battery, answer.figures)
 
 
 def text(answer: Answer, port: str) -> str:

@@ -28,6 +28,7 @@ from rover.report.result import (
     Found,
     GoalKind,
     GoalResult,
+    HomeResult,
     Identities,
     Localization,
     MapLayers,
@@ -62,7 +63,7 @@ def assemble(
     shown = survey.coverage.wanted & ~survey.coverage.unshown()
     coverage = _coverage(survey, referee)
     timeline = [TimelineEntry(at - start, text) for at, text in survey.timeline]
-    outcome = survey.outcome
+    outcome, home = survey.outcome, survey.conclusion.home
     if outcome.status is RunStatus.DONE and coverage.share < coverage.required:
         # The rover's own map knows no more to see: only the truth tells that there is.
         outcome = short_of(coverage.share, coverage.required)
@@ -99,6 +100,7 @@ def assemble(
         surveyed_area=float(shown.sum()) * grid.resolution**2,
         wanted_area=float(survey.coverage.wanted.sum()) * grid.resolution**2 if area.polygon or area.exclude else None,
         coverage=coverage,
+        home=None if home is None else HomeResult(home.reached, home.reason),
         safety=_safety(referee, survey.contacts.count),
         found=_found(referee),
         localization=_localization(survey, track, out),

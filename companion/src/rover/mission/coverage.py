@@ -61,6 +61,11 @@ class Coverage:
         """Share of the area that is shown or under an obstacle, 0 to 1, whether it could be seen or not."""
         return 1.0 - float(self.unshown().sum()) / max(int(self.wanted.sum()), 1)
 
+    def gain_units(self, unit_m2: float) -> int:
+        """Grows by one with every so many m² that were shown, or looked for in vain."""
+        settled = int(self.wanted.sum()) - int(self.unseen().sum())
+        return int(settled * self._grid.resolution**2 / unit_m2)
+
     def ground(self) -> Mask:
         """Cells of the area that no obstacle covers."""
         grid = self._grid

@@ -52,6 +52,11 @@ class Goals:
         """Goals that still want a visit."""
         return [goal for goal in self._goals if goal.state is GoalState.PENDING]
 
+    @property
+    def settled(self) -> int:
+        """How many do not."""
+        return len(self._goals) - len(self.pending)
+
     def update(self, suspected: Iterable[SuspectedPlace]) -> None:
         """Adds a goal for every new place, moves the others along, drops those no longer suspected."""
         places = {place.id: place for place in suspected}
@@ -83,3 +88,24 @@ class Goals:
                 self._goals.append(anew)
             elif goal.state is GoalState.INSPECTED and (goal.x, goal.y) in wanted:
                 wanted[goal.x, goal.y].state = GoalState.INSPECTED
+
+    def named(self, name: str) -> Goal | None:
+        """The goal of that name (`place-3`), or with that number in the summary's list; None when there is none."""
+        numbered = dict(enumerate(self._goals, start=1))
+        wanted = name.strip()
+        by_number = numbered.get(int(wanted)) if wanted.isdecimal() and len(wanted) < 9 else None
+        return next((goal for goal in self._goals if goal.id == wanted), by_number)
+
+
+def judge_inspection(goal: Goal, viewed: bool, now: float) -> str | None:
+    """Settles a goal that was looked at once more; what is to be told of it, if anything."""
+    goal.attempts += 1
+    if goal.state is not GoalState.PENDING:
+        return None
+    if viewed:
+        goal.state, goal.inspected_at = GoalState.INSPECTED, now
+        return f"{goal.id} inspected"
+    if goal.attempts >= MAX_ATTEMPTS:
+        goal.state, goal.reason = GoalState.UNREACHABLE, f"not in view from {goal.attempts} inspection poses"
+        return f"{goal.id} given up: {goal.reason}"
+    return None

@@ -7,15 +7,21 @@ A replay runs this same loop over a recorded rig, with a journal that compares.
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from rover.errors import LinkLost, PreflightFailed, SafetyStop
+from rover.errors import BadInput, LinkLost, PreflightFailed, SafetyStop
+from rover.link.firmware_document import firmware_document
 from rover.link.rig import Rig
 from rover.link.session import Link
+from rover.mission.commands import Command, Word
+from rover.mission.ear import Ear
 from rover.mission.goals import GoalState
-from rover.mission.survey import Orders, Survey
+from rover.mission.operator import remaining_s, situation, tell
+from rover.mission.orders import Orders
+from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.outcome import Outcome, RunStatus
 from rover.record.journal import Journal
@@ -33,6 +39,10 @@ class Control:
 
     stop: bool = False
     emergency: bool = False
+    # A person is there who is asked before power returns after a gap.
+    attended: bool = False
+    # What was said and has not been heard yet, oldest first.
+    commands: deque[Command] = field(default_factory=deque)
 
 
 @dataclass(frozen=True)
@@ -54,6 +64,12 @@ class Status:
     lost_frames: int
     round_trip: float
     wall: float
+    # Seconds that the mission may still take, and watt hours and seconds until the battery is too low to drive.
+    remaining: float | None = None
+    energy_wh: float | None = None
+    energy_s: float | None = None
+    # What keeps the rover standing until somebody decides.
+    waits_for: str = ""
 
 
 class MissionLoop:
@@ -68,8 +84,12 @@ class MissionLoop:
         control: Control,
         seed: int,
         keep: Callable[[float], str | None] = lambda now: None,
+        ear: Ear | None = None,
     ) -> None:
-        """`keep`: called every cycle to keep what has been learned; says why it can't, which ends the mission."""
+        """`keep`: called every cycle to keep what has been learned; says why it can't, which ends the mission.
+
+        `ear`: what is asked and said over a socket.
+        """
         self.survey = survey
         self.rig = rig
         self.track = Track()
@@ -78,11 +98,12 @@ class MissionLoop:
         self._on_status = on_status
         self._control = control
         self._keep = keep
+        self._ear = ear
         self._status_due = 0.0
         self._begin = time.monotonic()
         self._noted = 0
         self._decisions = 0
-        self._obeyed = (False, False)
+        self._obeyed = (False, False, False)
         self._places: list[dict[str, Any]] = []
 
     def drive(self) -> None:
@@ -153,15 +174,63 @@ class MissionLoop:
             self.link.stream.extend(orders.segments)
 
     def _obey_operator(self) -> None:
-        wanted = (self._control.stop, self._control.emergency)
+        control = self._control
+        wanted = (control.stop, control.emergency, control.attended)
         if wanted != self._obeyed:
             self._obeyed = wanted
-            self.journal.event(OPERATOR, self.rig.now(), {"stop": wanted[0], "emergency": wanted[1]})
+            content = {"stop": wanted[0], "emergency": wanted[1], "attended": wanted[2]}
+            self.journal.event(OPERATOR, self.rig.now(), content)
+        self.survey.attended = control.attended
+        while control.commands:
+            self._obey(control.commands.popleft())
+        for request in self._ear.waiting() if self._ear is not None else ():
+            request.reply(self._answer(request.content))
         if self._control.emergency:
             self.link.emergency_stop()
             self.survey.outcome = Outcome(RunStatus.ABORTED, "emergency stop by the operator")
         elif self._control.stop:
             self.survey.abort(Outcome(RunStatus.ABORTED, "ended by the operator"))
+
+    def _obey(self, command: Command) -> None:
+        """Says it to the survey, and notes that it was said: a replay says it in the same cycle. Raises BadInput."""
+        tell(self.survey, self.rig.now(), command)
+        self.journal.event(OPERATOR, self.rig.now(), {"word": command.word, "goal": command.goal})
+
+    def _answer(self, content: dict[str, Any]) -> dict[str, Any]:
+        """To a line that came over the socket."""
+        try:
+            word, goal = content.get("op"), content.get("id", "")
+            if word in list(Word):
+                self._obey(Command(Word(word), goal if isinstance(goal, str) else str(goal)))
+            elif word not in ("state", "status"):
+                raise BadInput(f"{word}: not known; say {', '.join(('state', 'status', *Word))}")
+        except BadInput as error:
+            return {"ok": False, "error": str(error)}
+        if word == "status":
+            return {"ok": True, **self._firmware(), "mission": self._told()}
+        return {"ok": True, **self._told()}
+
+    def _told(self) -> dict[str, Any]:
+        """How the mission is doing."""
+        survey, status = self.survey, self._status(self.rig.now())
+        return {
+            "state": survey.phase.value,
+            "says": situation(survey),
+            "time_s": round(status.time, 2),
+            "x": round(status.x, 4),
+            "y": round(status.y, 4),
+            "surveyed": round(status.surveyed, 4),
+            "goals": [goal.id for goal in survey.goals.pending],
+            "remaining_s": None if status.remaining is None else round(status.remaining, 1),
+            "energy_wh": None if status.energy_wh is None else round(status.energy_wh, 2),
+        }
+
+    def _firmware(self) -> dict[str, Any]:
+        """What `rover status` would hear, without a word on the wire."""
+        link, battery = self.link, self.survey.perception.battery
+        if link.identity is None or link.state is None:
+            return {}
+        return firmware_document(self.rig.transport.port, link.identity, link.state, battery, link.figures())
 
     def _record(self, now: float, seen: bool) -> None:
         survey = self.survey
@@ -212,4 +281,8 @@ class MissionLoop:
             lost_frames=figures.lost + figures.firmware_lost,
             round_trip=figures.round_trip_median,
             wall=time.monotonic() - self._begin,
+            remaining=remaining_s(survey, now),
+            energy_wh=survey.gauge.left_wh,
+            energy_s=survey.gauge.left_s,
+            waits_for=survey.holds.line,
         )

@@ -25,6 +25,10 @@ class Phase(StrEnum):
     DRIVE = "drive"
     # At rest in front of a goal.
     INSPECT = "inspect"
+    # On the way back to the launch.
+    HOME = "home"
+    # At rest until the operator says what to do.
+    PAUSED = "paused"
     # Stopped by the firmware.
     HALTED = "halted"
     FINISHED = "finished"
@@ -55,6 +59,11 @@ class Event(Enum):
     PLACED = auto()
     # The rover has stood for too long, or knows of nowhere to go: perhaps other headings show more.
     STALLED = auto()
+    # A way back to the launch has been chosen.
+    RETURN = auto()
+    # The operator wants the rover to stand and wait, or to go on.
+    PAUSE = auto()
+    GO = auto()
     # The firmware has stopped the rover.
     STOPPED = auto()
     # The firmware accepts motion again.
@@ -67,26 +76,30 @@ PHASES = tuple(Phase)
 
 NONE = None
 LOOK, SEEK, DECIDE, DRIVE = Phase.LOOK, Phase.SEEK, Phase.DECIDE, Phase.DRIVE
-INSPECT, HALTED, FINISH = Phase.INSPECT, Phase.HALTED, Phase.FINISHED
+INSPECT, HOME, PAUSED = Phase.INSPECT, Phase.HOME, Phase.PAUSED
+HALTED, FINISH = Phase.HALTED, Phase.FINISHED
 
 # A row an event, a column a phase. NONE: the event means nothing in that phase. A phase that is entered from itself
 # begins anew: so a blind rover's look around or inspection waits for pictures.
 TABLE: dict[Event, tuple[Phase | None, ...]] = {
-    #                 START   LOOK    SEEK    DECIDE  DRIVE    INSPECT  HALTED  FINISHED
-    Event.CONNECTED: (LOOK,   NONE,   NONE,   NONE,   NONE,    NONE,    NONE,   NONE),
-    Event.LOOKED:    (NONE,   DECIDE, NONE,   NONE,   NONE,    NONE,    NONE,   NONE),
-    Event.SET_OUT:   (NONE,   NONE,   NONE,   DRIVE,  NONE,    NONE,    NONE,   NONE),
-    Event.ARRIVED:   (NONE,   NONE,   NONE,   NONE,   INSPECT, NONE,    NONE,   NONE),
-    Event.SHOWN:     (NONE,   NONE,   NONE,   NONE,   DECIDE,  NONE,    NONE,   NONE),
-    Event.INSPECTED: (NONE,   NONE,   NONE,   NONE,   NONE,    DECIDE,  NONE,   NONE),
-    Event.BLOCKED:   (NONE,   NONE,   NONE,   NONE,   DECIDE,  NONE,    NONE,   NONE),
-    Event.BLIND:     (NONE,   LOOK,   SEEK,   NONE,   DECIDE,  INSPECT, NONE,   NONE),
-    Event.ASTRAY:    (NONE,   SEEK,   NONE,   SEEK,   SEEK,    SEEK,    NONE,   NONE),
-    Event.PLACED:    (NONE,   NONE,   DECIDE, NONE,   NONE,    NONE,    NONE,   NONE),
-    Event.STALLED:   (NONE,   LOOK,   SEEK,   LOOK,   LOOK,    LOOK,    NONE,   NONE),
-    Event.STOPPED:   (NONE,   HALTED, HALTED, HALTED, HALTED,  HALTED,  NONE,   NONE),
-    Event.REARMED:   (NONE,   NONE,   NONE,   NONE,   NONE,    NONE,    DECIDE, NONE),
-    Event.ENDED:     (FINISH, FINISH, FINISH, FINISH, FINISH,  FINISH,  FINISH, NONE),
+    #                 START    LOOK     SEEK     DECIDE   DRIVE    INSPECT  HOME     PAUSED   HALTED   FINISHED
+    Event.CONNECTED:  (LOOK,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.LOOKED:     (NONE,    DECIDE,  NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.SET_OUT:    (NONE,    NONE,    NONE,    DRIVE,   NONE,    NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.ARRIVED:    (NONE,    NONE,    NONE,    NONE,    INSPECT, NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.SHOWN:      (NONE,    NONE,    NONE,    NONE,    DECIDE,  NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.INSPECTED:  (NONE,    NONE,    NONE,    NONE,    NONE,    DECIDE,  NONE,    NONE,    NONE,    NONE),
+    Event.BLOCKED:    (NONE,    NONE,    NONE,    NONE,    DECIDE,  NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.BLIND:      (NONE,    LOOK,    SEEK,    NONE,    DECIDE,  INSPECT, DECIDE,  NONE,    NONE,    NONE),
+    Event.ASTRAY:     (NONE,    SEEK,    NONE,    SEEK,    SEEK,    SEEK,    SEEK,    NONE,    NONE,    NONE),
+    Event.PLACED:     (NONE,    NONE,    DECIDE,  NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE),
+    Event.STALLED:    (NONE,    LOOK,    SEEK,    LOOK,    LOOK,    LOOK,    LOOK,    NONE,    NONE,    NONE),
+    Event.RETURN:     (NONE,    HOME,    NONE,    HOME,    HOME,    HOME,    HOME,    NONE,    NONE,    NONE),
+    Event.PAUSE:      (NONE,    PAUSED,  PAUSED,  PAUSED,  PAUSED,  PAUSED,  PAUSED,  NONE,    NONE,    NONE),
+    Event.GO:         (NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    DECIDE,  NONE,    NONE),
+    Event.STOPPED:    (NONE,    HALTED,  HALTED,  HALTED,  HALTED,  HALTED,  HALTED,  HALTED,  NONE,    NONE),
+    Event.REARMED:    (NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    NONE,    DECIDE,  NONE),
+    Event.ENDED:      (FINISH,  FINISH,  FINISH,  FINISH,  FINISH,  FINISH,  FINISH,  FINISH,  FINISH,  NONE),
 }  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from rover.mission.begin import begin
 from rover.mission.checkpoint import Checkpoint
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
+from rover.mission.ear import Ear
 from rover.mission.former_run import load_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, identities_of, origin_of
@@ -73,7 +74,7 @@ class _Prepared:
 
     def drive(self, rig: Rig, recording: Recording) -> Driven:
         """The whole mission on a rig, into a log."""
-        with Checkpoint(self.survey, self.folder.path) as checkpoint:
+        with Checkpoint(self.survey, self.folder.path) as checkpoint, Ear(self.folder.path) as ear:
             run = MissionLoop(
                 self.survey,
                 rig,
@@ -82,6 +83,7 @@ class _Prepared:
                 self.control,
                 self.seed,
                 keep=lambda now: recording.failure or checkpoint.keep(now),
+                ear=ear,
             )
             try:
                 run.drive()

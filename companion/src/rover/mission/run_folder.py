@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from rover.errors import BadInput
+from rover.mission.ear import SOCKET
 from rover.mission.former_run import FILES as FORMER_FILES
 from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 
@@ -34,6 +35,7 @@ RUN_FILES = (
     "truth.json",
     "truth_seen.npz",
     "rig.json",
+    SOCKET,
     RIG_LOG,
 )
 

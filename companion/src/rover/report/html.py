@@ -75,7 +75,8 @@ def _figures(result: RunResult) -> Html:
     reached = sum(goal.reached for goal in result.goals)
     sigma = result.localization.max_sigma
     truth = [] if result.found is None else [("mines found (the referee knows)", text(result.found))]
-    seen = result.coverage
+    seen, stands = result.coverage, result.home
+    home = [] if stands is None else [("back at the launch", text("yes" if stands.reached else f"no: {stands.reason}"))]
     coverage = [] if seen is None else [(f"coverage: {seen}", text(f"{100.0 * seen.required:g} % required"))]
     figures = (
         (f"indications, {inspected} of them inspected", text(len(result.detections))),
@@ -85,6 +86,7 @@ def _figures(result: RunResult) -> Html:
         ("goals reached", text(f"{reached} of {len(result.goals)}")),
         *truth,
         (f"driven in {sections.clock(result.duration)} min", text(f"{result.distance:.1f} m")),
+        *home,
         ("position ±1σ, largest", text("unknown" if sigma is None else sections.centimetres(sigma))),
     )
     return pairs(figures, "figures")

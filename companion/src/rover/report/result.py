@@ -103,6 +103,14 @@ class Coverage:
 
 
 @dataclass(frozen=True)
+class HomeResult:
+    """Whether the rover stands at its launch in the end, and why or why not."""
+
+    reached: bool
+    reason: str
+
+
+@dataclass(frozen=True)
 class Safety:
     """What the referee of a simulated rig counted; None where nobody could count (a real field).
 
@@ -235,6 +243,8 @@ class RunResult:
     # Of the area to survey, m²; None: all of width by height.
     wanted_area: float | None = None
     coverage: Coverage | None = None
+    # None: the run was cut off, nobody knows.
+    home: HomeResult | None = None
     safety: Safety = Safety()
     found: Found | None = None
     localization: Localization = Localization()
@@ -274,6 +284,7 @@ class RunResult:
             "coverage": None if self.coverage is None else round(self.coverage.share, 4),
             "coverage_by": None if self.coverage is None else "truth" if self.coverage.by_truth else "own map",
             "required_coverage": None if self.coverage is None else self.coverage.required,
+            "home": None if self.home is None else asdict(self.home),
             "reasons": [{"reason": u.reason, "area_m2": round(u.area, 4)} for u in self.unsurveyed],
             "unsurveyed": [{"area_m2": round(u.area, 4), "reason": u.reason} for u in self.unsurveyed],
             "detections": [detection_json(d) for d in self.detections],

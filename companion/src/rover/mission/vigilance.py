@@ -1,0 +1,44 @@
+"""What is heeded every cycle whatever the rover is about: each thing brakes, holds the rover, or ends the mission."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rover.mission.holds import QUESTION, QUESTION_LIMIT_S
+from rover.mission.phase import Phase
+from rover.outcome import Outcome, RunStatus
+
+if TYPE_CHECKING:
+    from rover.mission.survey import Survey
+
+
+def heed(survey: Survey, now: float) -> None:
+    """Nobody drives blind, astray, beyond the time or the battery."""
+    perception, way_back = survey.perception, survey.way_back_s()
+    lost_place = survey.phase is not Phase.SEEK and not perception.placed
+    in_hand = way_back if survey.mission.return_home else 0.0
+    concerns = survey.watch.check(now, perception.relative_sigma, lost_place, in_hand)
+    for note in concerns.notes:
+        survey.note(now, note)
+        survey.drive.stop()
+    if concerns.end is not None:
+        survey.abort(concerns.end, concerns.home)
+    if survey.gauge.spent(way_back):
+        left = survey.gauge.left_wh or 0.0
+        why = f"the battery is needed for the way back: {left:.1f} Wh are left until it is too low to drive"
+        survey.abort(Outcome(RunStatus.PARTIAL, why), home=True)
+    late = survey.holds.expired(now)
+    if late is not None:
+        survey.abort(Outcome(RunStatus.PARTIAL, f"nothing came of waiting: {late}"))
+
+
+def heed_gap(survey: Survey, now: float) -> None:
+    """A companion that was suspended finds another world: power does not return without a decision."""
+    gap = survey.watch.gap
+    if gap is None or survey.phase is Phase.START:
+        return
+    line = f"the companion stood still for {gap:.0f} s"
+    if survey.attended:
+        survey.hold(now, QUESTION, f"{line}: is the rover to drive on? (rover tell RUN go)", now + QUESTION_LIMIT_S)
+    else:
+        survey.abort(Outcome(RunStatus.PARTIAL, line))

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rover.link.telemetry import FirmwareState
 from rover.link.words import MotorState, StopCause
+from rover.mission.conduct import Conduct
 from rover.mission.contacts import BACK_OFF_M, BACK_OFF_SPEED
 from rover.mission.orders import Orders
 from rover.mission.phase import Event
 from rover.mission.stops import REARM_DELAY_S
 
-if TYPE_CHECKING:
-    from rover.mission.survey import Survey
 
-
-def halt(survey: Survey, now: float, firmware: FirmwareState) -> None:
+def halt(survey: Conduct, now: float, firmware: FirmwareState) -> None:
     """The firmware has stopped the rover and thrown its queue away."""
     survey.drive.halted(now)
     survey.stops.add(firmware.cause)
@@ -25,7 +21,7 @@ def halt(survey: Survey, now: float, firmware: FirmwareState) -> None:
     survey.happen(Event.STOPPED, now)
 
 
-def recover(survey: Survey, now: float, firmware: FirmwareState) -> Orders:
+def recover(survey: Conduct, now: float, firmware: FirmwareState) -> Orders:
     """Arms it again, unless the mission is to end here, somebody is to decide, or it has happened too often."""
     end = survey.conclusion.end
     if firmware.state in (MotorState.ARMED, MotorState.MOVING):

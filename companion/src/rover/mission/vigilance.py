@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from rover.mission.conduct import Conduct
 from rover.mission.holds import QUESTION, QUESTION_LIMIT_S
 from rover.mission.phase import Phase
 from rover.outcome import Outcome, RunStatus
 
-if TYPE_CHECKING:
-    from rover.mission.survey import Survey
 
-
-def heed(survey: Survey, now: float) -> None:
+def heed(survey: Conduct, now: float) -> None:
     """Nobody drives blind, astray, beyond the time or the battery."""
     perception, way_back = survey.perception, survey.way_back_s()
     lost_place = survey.phase is not Phase.SEEK and not perception.placed
@@ -32,7 +28,7 @@ def heed(survey: Survey, now: float) -> None:
         survey.abort(Outcome(RunStatus.PARTIAL, f"nothing came of waiting: {late}"))
 
 
-def heed_gap(survey: Survey, now: float) -> None:
+def heed_gap(survey: Conduct, now: float) -> None:
     """A companion that was suspended finds another world: power does not return without a decision."""
     gap = survey.watch.gap
     if gap is None or survey.phase is Phase.START:

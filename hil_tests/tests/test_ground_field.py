@@ -210,7 +210,8 @@ def test_every_mine_has_a_label_inside_the_map_that_meets_no_other(ground):
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
-def test_a_plot_has_the_format_of_its_ending_and_the_same_bytes_again(ground, tmp_path, ending):
+def test_a_plot_has_the_format_of_its_ending_and_the_same_bytes_again(tmp_path, ending):
+    ground = build(mission(), 1)
     files = [tmp_path / f"{number}.{ending}" for number in (1, 2)]
     for file in files:
         write_figure(figure(ground), file)
@@ -219,9 +220,9 @@ def test_a_plot_has_the_format_of_its_ending_and_the_same_bytes_again(ground, tm
     assert first.startswith(b"\x89PNG" if ending == "png" else b"<?xml")
 
 
-def test_a_plot_of_another_ending_is_one_clear_line(ground, tmp_path):
+def test_a_plot_of_another_ending_is_one_clear_line(tmp_path):
     with pytest.raises(BadInput, match=r"plot\.pdf: a plot is written as PNG or SVG"):
-        write_figure(figure(ground), tmp_path / "plot.pdf")
+        write_figure(figure(build(mission(), 1)), tmp_path / "plot.pdf")
 
 
 def test_the_command_draws_the_shipped_mission(tmp_path, capsys):

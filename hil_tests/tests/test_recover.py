@@ -49,7 +49,7 @@ def test_the_whole_log_gives_the_run_again(run: Path, tmp_path: Path) -> None:
     assert again["collisions"] is None  # no referee has seen this
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.97])
+@pytest.mark.parametrize("share", [0.1, 0.6])
 def test_a_log_that_is_cut_gives_all_up_to_its_end(run: Path, tmp_path: Path, share: float) -> None:
     whole = (run / "mission.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
@@ -61,7 +61,7 @@ def test_a_log_that_is_cut_gives_all_up_to_its_end(run: Path, tmp_path: Path, sh
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"summary.json", "report.html", "trajectory.tum"}
 
 
-@pytest.mark.parametrize("place", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize("place", [0.2, 0.5])
 def test_flipped_bits_cost_what_follows_them(run: Path, tmp_path: Path, place: float) -> None:
     damaged = bytearray((run / "mission.mcap").read_bytes())
     start = int(place * len(damaged))

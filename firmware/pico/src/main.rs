@@ -10,6 +10,7 @@
 #[cfg(feature = "rp2040")]
 mod arithmetic;
 mod battery;
+mod bridge;
 mod can;
 mod can_report;
 mod chip;

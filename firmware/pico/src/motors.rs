@@ -1,34 +1,18 @@
-//! Two DC motors on an H-bridge with two inputs each (DRV8833; TB6612FNG with PWMA and PWMB tied high).
-//!
-//! Slow decay: one input is high and the other carries the inverted PWM, so the bridge brakes in the part of each period
-//! in which it does not drive. That makes the speed nearly proportional to the duty. Duty 0 is both inputs high, the
-//! brake; both low would let a TB6612 or DRV8833 coast, and so does the standby line, which is how power is taken off.
+//! Two DC motors on the bridge that is fitted (`bridge.rs`). The standby line lets them coast, and that is how power is
+//! taken off.
 
 use embassy_rp::clocks::clk_sys_freq;
 use embassy_rp::gpio::Output;
 use embassy_rp::pac;
 use embassy_rp::pwm::{Config, Pwm};
 
+use crate::bridge::{FITTED, PWM_HZ};
 use crate::emergency;
 use crate::pins::MotorPins;
 
-/// Above hearing, far below the 100 kHz that the TB6612 takes and the 250 kHz of the DRV8833.
-const FREQUENCY_HZ: u32 = 20_000;
 /// The slices of [`MotorPins`].
 const LEFT: usize = 3;
 const RIGHT: usize = 4;
-
-/// Compare values of IN1 and IN2 for a duty in Q15, positive forwards, of a PWM with `period` steps. A compare value of
-/// `period` is never reached and leaves the output high.
-fn compare(duty: i16, period: u32) -> (u16, u16) {
-    let driven = (u32::from(duty.unsigned_abs()) * period) >> 15;
-    let braked = period.saturating_sub(driven) as u16;
-    if duty >= 0 {
-        (period as u16, braked)
-    } else {
-        (braked, period as u16)
-    }
-}
 
 struct Motor {
     /// Keeps the slice and its pins.
@@ -48,7 +32,7 @@ impl Motor {
     }
 
     fn drive(&mut self, duty: i16) {
-        self.set(compare(duty, self.period));
+        self.set((FITTED.compare)(duty, self.period));
     }
 }
 
@@ -61,7 +45,7 @@ pub struct Motors {
 
 impl Motors {
     pub fn new(pins: MotorPins) -> Self {
-        let period = clk_sys_freq() / FREQUENCY_HZ;
+        let period = clk_sys_freq() / PWM_HZ;
         let mut config = Config::default();
         config.top = (period - 1) as u16;
         Self {

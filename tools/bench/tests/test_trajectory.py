@@ -34,7 +34,7 @@ def test_toppra_on_a_line_is_the_trapezoid_and_on_a_corner_the_fastest_turn() ->
     "kind", [kind for kind in KINDS if kind not in ("mower", "long walk", "circle", "line", "sine")]
 )
 def test_limits_tolerance_and_clearance_are_kept_and_the_same_seed_gives_the_same_path(kind: str) -> None:
-    outcome, again = (measure(kind, 3, LIMITS, peer=False) for _ in range(2))
+    outcome, again = (measure(kind, 2, LIMITS, peer=False) for _ in range(2))
     assert outcome.refused == ""
     assert outcome.broken == ()
     assert (outcome.duration, outcome.segments) == (again.duration, again.segments)

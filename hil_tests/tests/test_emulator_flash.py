@@ -69,7 +69,7 @@ def board() -> Iterator[Board]:
 
 def _restart(board: Board) -> None:
     board.tell("Hello", schema_hash=0, session=1)  # whoever asks for a restart has said hello, of whatever schema
-    board.tell("Reboot", magic=RESTART)
+    board.tell("Reboot", magic=RESTART, session=1)
     board.run(300)
 
 

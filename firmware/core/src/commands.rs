@@ -102,7 +102,7 @@ impl Core {
             m::InjectSensors::ID => {
                 self.inject_sensors(&m::InjectSensors::read(payload)?, now_us)?;
             }
-            m::Reboot::ID => self.reboot_wanted(m::Reboot::read(payload)?.magic),
+            m::Reboot::ID => self.reboot_wanted(&m::Reboot::read(payload)?, wire),
             _ => return None,
         }
         Some(())
@@ -144,7 +144,6 @@ impl Core {
         let understood = hello.schema_hash == m::SCHEMA_HASH;
         self.faults
             .set(fault_code::SCHEMA_MISMATCH, !understood, hello.schema_hash);
-        self.greeted = true;
         // Whoever says hello while the motors are on does not take the session away, neither on this wire nor on another.
         let holder = self.session.filter(|_| self.supervisor.is_powered());
         if let Some(holder) = holder.filter(|_| !self.is_commanded_by(wire)) {
@@ -154,6 +153,11 @@ impl Core {
         let busy = holder.is_some_and(|holder| holder != hello.session);
         let accepted = understood && !busy;
         if holder.is_none() {
+            if self.greeter != Some(hello.session) {
+                // Another companion counts its keep-alive anew.
+                self.keep_alive = None;
+            }
+            self.greeter = Some(hello.session);
             self.session = accepted.then_some(hello.session);
             self.link.select(wire);
         }
@@ -188,6 +192,7 @@ impl Core {
     fn segment_half(&mut self, index: u16, put: impl FnOnce(&mut Self) -> Receipt, now_us: u64) {
         self.status_due = true;
         if !self.supervisor.accepts_motion() {
+            self.inbox.note_refused();
             self.reject();
             return;
         }
@@ -205,6 +210,7 @@ impl Core {
     fn segment_start(&mut self, start: &m::SegmentStart, now_us: u64) {
         self.status_due = true;
         if !self.supervisor.accepts_motion() {
+            self.inbox.note_refused();
             self.reject();
         } else if self.inbox.is_ahead(start.index) {
             match clock::start_time(now_us, start.start_time) {
@@ -263,11 +269,13 @@ impl Core {
         self.rejected = self.rejected.saturating_add(1);
     }
 
-    fn reboot_wanted(&mut self, magic: u32) {
-        if self.supervisor.is_powered() || !self.is_standing() || !self.greeted {
+    /// Only at rest, and only for whoever said hello last, of whatever schema: an old firmware can be replaced.
+    fn reboot_wanted(&mut self, reboot: &m::Reboot, wire: Wire) {
+        let asked = self.greeter == Some(reboot.session) && self.is_commanded_by(wire);
+        if self.supervisor.is_powered() || !self.is_standing() || !asked {
             return;
         }
-        match magic {
+        match reboot.magic {
             RESTART => self.reboot = Some(Reboot::Restart),
             BOOTLOADER => self.reboot = Some(Reboot::Bootloader),
             _ => {}

@@ -14,6 +14,7 @@ use crate::log::Log;
 use crate::motion::{Motion, Progress, Reference};
 use crate::odometry::Odometry;
 use crate::parameters::Parameters;
+use crate::reports::BEAT_US;
 use crate::segment_inbox::SegmentInbox;
 use crate::sensor_loss::forbids_speed;
 use crate::settings::Settings;
@@ -57,8 +58,8 @@ pub struct Core {
     pub(crate) battery: Battery,
     /// In test mode.
     pub(crate) injection: Option<Injection>,
-    /// A Hello has come, of whatever schema.
-    pub(crate) greeted: bool,
+    /// The session of the last Hello, of whatever schema.
+    pub(crate) greeter: Option<u16>,
     /// The companion that may arm: the session of the last Hello that was accepted.
     pub(crate) session: Option<u16>,
     /// The latest token seen.
@@ -71,6 +72,8 @@ pub struct Core {
     pub(crate) waiting: Option<u16>,
     pub(crate) emergency_input: bool,
     pub(crate) bumper: Bumper,
+    /// When State is due on a bus without a companion.
+    pub(crate) beat_us: u64,
     /// An acknowledgement is owed to the companion.
     pub(crate) status_due: bool,
     pub(crate) reboot: Option<Reboot>,
@@ -115,7 +118,7 @@ impl Core {
             sonar: Sonar::default(),
             battery: Battery::default(),
             injection: None,
-            greeted: false,
+            greeter: None,
             session: None,
             arm_token: 0,
             keep_alive: None,
@@ -124,6 +127,7 @@ impl Core {
             waiting: None,
             emergency_input: false,
             bumper: Bumper::default(),
+            beat_us: BEAT_US,
             status_due: false,
             reboot: None,
             has_storage: false,
@@ -379,12 +383,12 @@ impl Core {
             Action::Nothing => {}
             Action::Cut => {
                 self.motion.cut();
-                self.inbox.flush();
+                self.flush_inbox();
                 self.wheels.iter_mut().for_each(Wheel::release);
             }
             Action::Brake => {
                 self.motion.stop(&self.settings.motion);
-                self.inbox.flush();
+                self.flush_inbox();
                 self.still_since_us = None;
             }
             Action::PowerOn => self.power_on(),
@@ -394,9 +398,15 @@ impl Core {
         }
     }
 
+    /// What was sent until now is not for what comes; the companion hears from where to count.
+    fn flush_inbox(&mut self) {
+        self.inbox.flush();
+        self.status_due = true;
+    }
+
     fn power_on(&mut self) {
         self.motion.cut();
-        self.inbox.flush();
+        self.flush_inbox();
         self.split_motion();
         for (wheel, reference) in self.wheels.iter_mut().zip(&self.references) {
             wheel.reset(reference);
@@ -404,8 +414,6 @@ impl Core {
         self.bumper.release();
         self.drive_check.reset();
         self.faults.armed();
-        // Counters of the keep-alive are compared within one arming.
-        self.keep_alive = None;
         self.fed_us = self.now_us;
     }
 

@@ -5,7 +5,7 @@
 
 use heapless::Deque;
 use rover_protocol::framing::{self, Decoder, Frame, MAX_FRAME};
-use rover_protocol::messages::{ClockReply, LinkStatistics};
+use rover_protocol::messages::{ClockReply, LinkStatistics, State};
 use rover_protocol::Message;
 
 use crate::clock;
@@ -141,6 +141,13 @@ impl Link {
         self.aside = Some((wire, frame));
     }
 
+    /// Show life on a bus whose companion, if there is one, is connected elsewhere.
+    pub fn beat(&mut self, state: &State) {
+        if self.active != Wire::Can && self.aside.is_none() {
+            self.send_aside(Wire::Can, OutgoingFrame::of(state));
+        }
+    }
+
     /// The wire that frames go to.
     pub fn active(&self) -> Wire {
         self.active
@@ -211,7 +218,7 @@ impl Link {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rover_protocol::messages::{Battery, State};
+    use rover_protocol::messages::Battery;
 
     fn drain(link: &mut Link, chunk: usize) -> Vec<Frame> {
         let mut decoder = Decoder::new();

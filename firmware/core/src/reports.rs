@@ -11,6 +11,9 @@ use crate::sonar::{Ranging, SonarStatus};
 use crate::supervisor::State;
 use crate::telemetry::MESSAGES;
 
+/// A bus node is expected to show life, companion or not.
+pub(crate) const BEAT_US: u64 = 1_000_000;
+
 impl Core {
     /// Acknowledgement, faults, scheduled telemetry and log lines of this tick.
     pub(crate) fn send_reports(&mut self) {
@@ -20,6 +23,11 @@ impl Core {
         }
         if self.schedule.is_due(self.now_us) {
             self.send_telemetry();
+        }
+        if self.now_us >= self.beat_us {
+            self.beat_us = self.now_us.saturating_add(BEAT_US);
+            let state = self.state_message();
+            self.link.beat(&state);
         }
         let dropped = self.link.take_dropped();
         if dropped > 0 {

@@ -7,6 +7,8 @@ use crate::motion::Segment;
 
 /// Segments that are kept while an earlier one is incomplete.
 const AHEAD: u16 = 32;
+/// Indexes that are never used again after a flush: more than may be on their way when it comes.
+const SKIPPED: u16 = 256;
 
 /// What became of a half.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +30,13 @@ struct Slot {
     start_us: Option<u64>,
 }
 
-/// Halves that wait. `next_index` is the number of the segment expected next; it survives every flush.
+/// Halves that wait. `next_index` is the number of the segment expected next; it only ever counts up, so that what was
+/// sent before a flush and comes after it is known as old.
 #[derive(Clone, Debug, Default)]
 pub struct SegmentInbox {
     next_index: u16,
+    /// Something has come since the last flush.
+    used: bool,
     slots: [Slot; AHEAD as usize],
 }
 
@@ -95,8 +100,16 @@ impl SegmentInbox {
         }
     }
 
-    /// Forget every half, after a stop.
+    /// Something came at a time when nothing is taken.
+    pub fn note_refused(&mut self) {
+        self.used = true;
+    }
+
+    /// Forget every half, at a stop and when the rover is armed, and all that is still on its way.
     pub fn flush(&mut self) {
+        if core::mem::take(&mut self.used) {
+            self.next_index = self.next_index.wrapping_add(SKIPPED);
+        }
         self.slots = Default::default();
     }
 
@@ -105,6 +118,7 @@ impl SegmentInbox {
         if ahead >= 0x8000 {
             return Receipt::Duplicate;
         }
+        self.used = true;
         match self.slots.get_mut(slot_of(index)) {
             Some(slot) if ahead < AHEAD => {
                 put(slot);
@@ -196,13 +210,18 @@ mod tests {
     }
 
     #[test]
-    fn a_flush_forgets_halves_but_not_the_index() {
+    fn no_index_that_was_on_its_way_at_a_flush_is_taken_after_it() {
         let mut inbox = SegmentInbox::default();
         put_both(&mut inbox, 0);
         inbox.take();
         put_both(&mut inbox, 1);
         inbox.flush();
         assert!(inbox.complete().is_none());
-        assert_eq!(inbox.next_index(), 1);
+        for index in 1..=AHEAD {
+            assert_eq!(inbox.put_travel(index, 1000, 7), Receipt::Duplicate);
+        }
+        assert_eq!(inbox.next_index(), 1 + SKIPPED);
+        inbox.flush();
+        assert_eq!(inbox.next_index(), 1 + SKIPPED, "nothing has come since");
     }
 }

@@ -154,9 +154,9 @@ fn a_companion_that_reads_nothing_fills_no_memory() {
 
 /// The long run is `cargo run --release -p rover-core --example fuzz -- 100000000`.
 #[test]
-fn a_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the_motors() {
-    let summary = fuzz_stream::run(1_000_000, 1);
-    assert_eq!(summary.bytes, 1_000_000);
+fn two_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the_motors() {
+    let summary = fuzz_stream::run(2_000_000, 1);
+    assert_eq!(summary.bytes, 2_000_000);
     assert!(summary.powered > 5_000, "{summary:?}");
     assert!(
         summary.bus_received > 1_000 && summary.bus_sent > 1_000,

@@ -5,6 +5,7 @@ mod rig;
 use rig::{cruise_pieces, Rig};
 use rover_protocol::messages as m;
 use rover_protocol::messages::{fault_code, state_cause as cause, state_state as state};
+use rover_protocol::Message;
 
 /// Cruising at 0.25 m/s in the middle of a long straight.
 fn cruising() -> Rig {
@@ -321,15 +322,25 @@ fn a_control_loop_that_was_held_up_cuts_the_motors() {
 
 #[test]
 fn a_reboot_is_carried_out_disarmed_and_refused_while_armed() {
+    let ask = |rig: &mut Rig, magic: u32, session: u16| {
+        rig.send(&m::Reboot { magic, session });
+        rig.core.take_reboot()
+    };
+    let (restart, bootloader) = (0x5242_4F54, 0x424F_4F54);
     let mut rig = Rig::armed();
-    rig.send(&m::Reboot { magic: 0x5242_4F54 });
-    assert_eq!(rig.core.take_reboot(), None);
+    assert_eq!(ask(&mut rig, restart, rig::SESSION), None);
     rig.send(&m::Disarm { reason: 0 });
     rig.run_ms(5);
-    rig.send(&m::Reboot { magic: 0x1234_5678 });
-    assert_eq!(rig.core.take_reboot(), None);
-    rig.send(&m::Reboot { magic: 0x424F_4F54 });
-    assert_eq!(rig.core.take_reboot(), Some(rover_core::Reboot::Bootloader));
+    assert_eq!(ask(&mut rig, 0x1234_5678, rig::SESSION), None);
+    assert_eq!(ask(&mut rig, bootloader, 99), None, "another session");
+    let [a, b, c, d] = u32::to_le_bytes(restart);
+    let frame = [a, b, c, d, rig::SESSION as u8, 0];
+    rig.core.receive_frame(m::Reboot::ID, &frame, rig.now_us);
+    assert_eq!(rig.core.take_reboot(), None, "another wire");
+    assert_eq!(
+        ask(&mut rig, bootloader, rig::SESSION),
+        Some(rover_core::Reboot::Bootloader)
+    );
     assert_eq!(rig.core.take_reboot(), None);
 }
 

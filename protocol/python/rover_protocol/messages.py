@@ -5,7 +5,7 @@ Written by `python -m tools.generate`: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0x79B66B14
+SCHEMA_HASH = 0x7420F5D2
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
@@ -29,7 +29,7 @@ SegmentHeading = Message("SegmentHeading", 0x041, 6, (("index", 0, 2, False), ("
 SegmentStart = Message("SegmentStart", 0x042, 6, (("index", 0, 2, False), ("start_time", 2, 4, False),))
 # Acknowledges segments and tells the room left. Sent after every segment received and at the telemetry rate.
 MotionStatus = Message("MotionStatus", 0x050, 8, (("next_index", 0, 2, False), ("free_slots", 2, 1, False), ("queued", 3, 1, False), ("executing", 4, 2, False), ("rejected", 6, 2, False),))
-# Heartbeat of the firmware.
+# Heartbeat of the firmware; once a second on a CAN bus on which no companion speaks to it.
 State = Message("State", 0x060, 8, (("state", 0, 1, False), ("cause", 1, 1, False), ("cause_detail", 2, 1, False), ("faults", 3, 2, False), ("arm_token", 5, 2, False), ("flags", 7, 1, False),))
 # Quadrature counts, x4.
 WheelTicks = Message("WheelTicks", 0x070, 8, (("time", 0, 2, False), ("left", 2, 3, True), ("right", 5, 3, True),))
@@ -77,8 +77,8 @@ TestMode = Message("TestMode", 0x130, 3, (("enable", 0, 1, False), ("key", 1, 2,
 InjectWheels = Message("InjectWheels", 0x131, 8, (("left", 0, 4, True), ("right", 4, 4, True),))
 # All other measurements in test mode.
 InjectSensors = Message("InjectSensors", 0x132, 8, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False), ("bumper", 7, 1, False),))
-# Restarts. Ignored while armed, while a wheel turns, and before the first Hello, whatever its schema.
-Reboot = Message("Reboot", 0x7F0, 4, (("magic", 0, 4, False),))
+# Restarts. Ignored while armed, while a wheel turns, and from another session or wire than the last Hello, whatever its schema.
+Reboot = Message("Reboot", 0x7F0, 6, (("magic", 0, 4, False), ("session", 4, 2, False),))
 
 BY_ID = {
     0x008: EmergencyStop,

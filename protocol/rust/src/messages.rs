@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0x79b66b14;
+pub const SCHEMA_HASH: u32 = 0x7420f5d2;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -359,7 +359,7 @@ impl Message for MotionStatus {
     }
 }
 
-/// Heartbeat of the firmware.
+/// Heartbeat of the firmware; once a second on a CAN bus on which no companion speaks to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct State {
     /// 0 Boot, 1 Disarmed, 2 Armed, 3 Moving, 4 Stopping, 5 Latched.
@@ -1274,26 +1274,31 @@ impl Message for InjectSensors {
     }
 }
 
-/// Restarts. Ignored while armed, while a wheel turns, and before the first Hello, whatever its schema.
+/// Restarts. Ignored while armed, while a wheel turns, and from another session or wire than the last
+/// Hello, whatever its schema.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reboot {
     /// 0x52424F54 restart, 0x424F4F54 into the bootloader.
     pub magic: u32,
+    /// That of the Hello.
+    pub session: u16,
 }
 
 impl Message for Reboot {
     const ID: u16 = 0x7f0;
-    const LENGTH: usize = 4;
+    const LENGTH: usize = 6;
 
     fn write(&self, out: &mut [u8; 8]) {
         let [b0, b1, b2, b3] = self.magic.to_le_bytes();
-        *out = [b0, b1, b2, b3, 0, 0, 0, 0];
+        let [b4, b5] = self.session.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, 0, 0];
     }
 
     fn read(payload: &[u8]) -> Option<Self> {
-        let p: &[u8; 4] = payload.try_into().ok()?;
+        let p: &[u8; 6] = payload.try_into().ok()?;
         Some(Self {
             magic: u32::from_le_bytes([p[0], p[1], p[2], p[3]]),
+            session: u16::from_le_bytes([p[4], p[5]]),
         })
     }
 }

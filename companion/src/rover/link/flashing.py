@@ -71,7 +71,7 @@ def into_bootloader(port: str, baud: int = DEFAULT_BAUD) -> None:
             raise PreflightFailed(f"the rover on {port} is {link.state.state.lower()}: it restarts only when disarmed")
         with contextlib.suppress(LinkLost):  # a port that goes away is what was asked for
             for _ in range(3):
-                link.wire.send("Reboot", clock.now(), magic=INTO_BOOTLOADER)
+                link.wire.send("Reboot", clock.now(), magic=INTO_BOOTLOADER, session=link.session_number)
                 clock.advance(clock.now() + STEP_S)
     finally:
         link.close()

@@ -203,6 +203,9 @@ class Processor:
     def disable_interrupt(self, irq: int) -> None:
         """Takes an interrupt's enable away, as no program would: a fault for tests of the watchdog."""
 
+    def enable_interrupt(self, irq: int) -> None:
+        """Gives an interrupt its enable back."""
+
     @property
     def registers(self) -> list[int]:
         """r0 to r15."""

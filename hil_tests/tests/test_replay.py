@@ -64,6 +64,19 @@ def test_a_mission_replays_identically_twice_in_a_row(log: Path, replayed: Any) 
         assert result["parts"]["companion"]["compared"] >= 2000
 
 
+def test_a_firmware_of_another_commit_is_named(
+    log: Path, replayed: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "rover-sitl"
+    other.write_text(f'#!/bin/sh\nexec {find_binary()} --git-hash 0badcafe "$@"\n')
+    other.chmod(0o755)
+    monkeypatch.setenv("ROVER_SITL", str(other))
+    code, result = replayed(log)
+    assert code == 6
+    assert result["build"]["firmware_git_hash"].endswith("→ 0badcafe")
+    assert result["first_difference"]["field"] == "HelloBuild.git_hash"
+
+
 def test_a_changed_gain_of_the_firmware_is_named(log: Path, replayed: Any) -> None:
     code, result = replayed(log, "--set", "gain_velocity=100000")
     assert code == 6

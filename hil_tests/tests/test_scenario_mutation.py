@@ -46,7 +46,7 @@ def test_a_scenario_fails_without_its_guard(tmp_path: Path) -> None:
     session = package / "link" / "session.py"
     session.write_text(session.read_text().replace(guard.find, guard.replace))
     played = subprocess.run(
-        [sys.executable, "-m", "rover_hil.scenario.verdicts", str(FOLDER / "serial-cut.toml")],
+        [sys.executable, "-m", "rover_hil.scenario.verdicts", "--rig", "sitl", str(FOLDER / "serial-cut.toml")],
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
         capture_output=True,
         text=True,

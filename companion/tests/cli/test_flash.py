@@ -11,7 +11,7 @@ import pytest
 from rover.cli import flash
 from rover.link import boot_drive, flashing
 
-from ..link.uf2_file import RP2350, uf2_file
+from ..link.uf2_file import RP2350, marked_file, uf2_file
 from ..link.uf2_file import boot_drive as mount
 
 
@@ -83,8 +83,38 @@ def test_when_nothing_comes_up_the_writing_is_told_of_all_the_same(rover, mounts
     assert "is written, and no rover has come up on any USB port" in result.err
 
 
+@pytest.fixture
+def of_the_rig(rover, port, tmp_path) -> Path:
+    """A file that says it is what answers on the rig."""
+    answer = json.loads(rover("status", "--port", port, "--json").out)
+    return marked_file(tmp_path / "rig.uf2", 0, int(answer["git_hash"], 16))
+
+
 @pytest.mark.rig("sitl")
-def test_from_a_drive_to_the_self_test(rover, mounts, firmware, port) -> None:
+@pytest.mark.parametrize(("board", "flip", "says"), [(1, 0, "is for Rp2040, commit"), (0, 1, "is for Sitl, commit")])
+def test_another_board_or_commit_that_answers_is_no_success(
+    rover, mounts, of_the_rig, port, tmp_path, board, flip, says
+) -> None:
+    mount(mounts / "RPI-RP2")
+    answer = json.loads(rover("status", "--port", port, "--json").out)
+    other = marked_file(tmp_path / "other.uf2", board, int(answer["git_hash"], 16) ^ flip)
+    result = rover("flash", "--file", other, "--port", port)
+    assert result.code == 3
+    assert says in result.err
+    assert f"what answers on {port} is Sitl" in result.err
+
+
+@pytest.mark.rig("sitl")
+def test_a_file_that_does_not_say_who_it_is_proves_nothing(rover, mounts, firmware, port) -> None:
+    mount(mounts / "RPI-RP2")
+    result = rover("flash", "--file", firmware, "--port", port)
+    assert result.code == 3
+    assert "carries no mark" in result.err
+
+
+@pytest.mark.rig("sitl")
+def test_from_a_drive_to_the_self_test(rover, mounts, of_the_rig, port) -> None:
+    firmware = of_the_rig
     folder = mount(mounts / "RPI-RP2")
     result = rover("flash", "--file", firmware, "--port", port, "--json")
     told = json.loads(result.out)
@@ -97,7 +127,7 @@ def test_from_a_drive_to_the_self_test(rover, mounts, firmware, port) -> None:
 
 
 @pytest.mark.rig("sitl")
-def test_a_running_rover_is_told_to_start_its_boot_loader(rover, mounts, firmware, port) -> None:
+def test_a_running_rover_is_told_to_start_its_boot_loader(rover, mounts, of_the_rig, port) -> None:
     """The drive comes a second after the reboot, as a desktop mounts it; the reset cause shows that there was one."""
 
     def boot_loader() -> None:
@@ -106,7 +136,7 @@ def test_a_running_rover_is_told_to_start_its_boot_loader(rover, mounts, firmwar
 
     thread = threading.Thread(target=boot_loader)
     thread.start()
-    result = rover("flash", "--file", firmware, "--port", port)
+    result = rover("flash", "--file", of_the_rig, "--port", port)
     thread.join()
     assert result.code == 0, result.err
     assert "telling the rover on" in result.err

@@ -14,9 +14,9 @@ from rover.link import flashing
 from rover.link.boot_drive import find_drives, read_drive, unmounted, write
 from rover.link.self_test import self_test
 from rover.link.telemetry import Battery, FirmwareState
-from rover.link.uf2 import read_uf2
+from rover.link.uf2 import Mark, read_uf2
 
-from .uf2_file import ABSOLUTE, RP2350, block, boot_drive, uf2_file
+from .uf2_file import ABSOLUTE, RP2350, block, boot_drive, marked_file, uf2_file
 
 
 def quiet(written: int, total: int) -> None:
@@ -26,6 +26,11 @@ def quiet(written: int, total: int) -> None:
 def test_a_file_says_for_which_board_it_is(tmp_path: Path) -> None:
     firmware = read_uf2(uf2_file(tmp_path / "a.uf2"))
     assert (firmware.blocks, firmware.family_names) == (300, "RP2040")
+
+
+def test_a_file_says_of_which_board_and_commit_its_image_is(tmp_path: Path) -> None:
+    assert read_uf2(marked_file(tmp_path / "a.uf2", 1, 0xC0FFEE)).mark == Mark("Rp2040", "00c0ffee")
+    assert read_uf2(uf2_file(tmp_path / "b.uf2")).mark is None
 
 
 def test_a_file_for_the_rp2350_may_begin_with_an_absolute_block(tmp_path: Path) -> None:

@@ -102,15 +102,16 @@ impl<S: SpiDevice> Mcp2515<S> {
         Err(Error::BusStuck)
     }
 
-    /// What the INT pin asks for. Each frame goes to `taken`.
+    /// What the INT pin asks for. Each frame goes to `taken`. False when there was nothing to be done: then the chip
+    /// does not hold the pin low, whoever does.
     ///
     /// Read frames come in the order of the buffers; while one is read another may come into the other buffer, so two
     /// that are less than a transfer apart may change places.
-    pub async fn service(&mut self, mut taken: impl FnMut(Frame)) -> Result<(), Error<S::Error>> {
-        for _ in 0..SERVICE_ROUNDS {
+    pub async fn service(&mut self, mut taken: impl FnMut(Frame)) -> Result<bool, Error<S::Error>> {
+        for round in 0..SERVICE_ROUNDS {
             let [flags, error_flags] = self.read::<2>(r::CANINTF).await?;
             if flags & (r::ENABLED | r::MESSAGE_ERROR) == 0 {
-                return Ok(());
+                return Ok(round > 0);
             }
             for (buffer, flag) in r::RECEIVED.iter().enumerate() {
                 if flags & flag != 0 {
@@ -123,7 +124,8 @@ impl<S: SpiDevice> Mcp2515<S> {
             }
         }
         // Still something: a very noisy bus, or a line that always reads high.
-        self.watch().await
+        self.watch().await?;
+        Ok(true)
     }
 
     /// Whether a frame with that identifier may be sent now: there is a buffer, and in it nothing gets out of order.

@@ -176,7 +176,7 @@ fn no_register_content_stops_the_driver() {
             }
             1 => block_on(driver.watch()),
             2 => block_on(driver.start(&mut Clock::default())),
-            _ => block_on(driver.service(|_| {})),
+            _ => block_on(driver.service(|_| {})).map(|_| ()),
         };
         assert!(chip.0.borrow().transactions - before < 120);
     }

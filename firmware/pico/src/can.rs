@@ -1,10 +1,14 @@
 //! The CAN bus: frames between the control loop and an MCP2515.
 //!
 //! Below the control loop, in the thread executor. A chip that does not answer at the start is taken as not fitted; one
-//! that is lost later is started again once a second.
+//! that is lost later, or whose INT is low without a reason, is left alone for a second and started again. The others of
+//! the executor have their turn in each round, whatever the chip does.
+
+use core::convert::Infallible;
 
 use embassy_executor::task;
 use embassy_futures::select::{select, Either};
+use embassy_futures::yield_now;
 use embassy_rp::gpio::{Input, Output};
 use embassy_rp::peripherals::SPI0;
 use embassy_rp::spi::{Blocking, Config, Error as SpiError, Spi};
@@ -25,6 +29,8 @@ use crate::pins::{CanPins, CAN_BITRATE, CAN_CRYSTAL};
 const SPI_HZ: u32 = 10_000_000;
 const WATCH: Duration = Duration::from_millis(100);
 const RESTART: Duration = Duration::from_millis(1_000);
+/// Rounds in a row in which INT is low and nothing is to be done; one happens when a frame comes while INT rises.
+const IDLE_ROUNDS: u32 = 8;
 
 /// Commands of motion and safety have identifiers below 0x080, those of the handshake and of parameters 0x100 to 0x17f;
 /// Reboot has a filter of its own. What other nodes say to each other elsewhere costs no time here.
@@ -157,11 +163,10 @@ pub async fn run(pins: CanPins) {
     let mut reporter = Reporter::default();
     loop {
         match started {
-            Ok(()) => {
-                // It ends with a fault of the chip only.
-                let _ = serve(&mut chip, &mut interrupt, &mut reporter).await;
-                reporter.failed();
-            }
+            Ok(()) => match serve(&mut chip, &mut interrupt, &mut reporter).await {
+                Failure::Chip => reporter.failed(),
+                Failure::Interrupt => reporter.interrupt_stuck(),
+            },
             Err(Error::BusStuck) => reporter.stuck(),
             Err(_) => reporter.failed(),
         }
@@ -181,25 +186,57 @@ async fn rest() {
     }
 }
 
-/// Both directions, until the chip fails.
+/// Why the chip is left alone for a while.
+enum Failure {
+    Chip,
+    /// INT is low and the chip does not hold it: shorted to ground.
+    Interrupt,
+}
+
+impl From<Error<SpiError>> for Failure {
+    fn from(_: Error<SpiError>) -> Self {
+        Self::Chip
+    }
+}
+
 async fn serve(
     chip: &mut Chip,
     interrupt: &mut Input<'static>,
     reporter: &mut Reporter,
-) -> Result<(), Error<SpiError>> {
+) -> Failure {
+    match work(chip, interrupt, reporter).await {
+        Err(failure) => failure,
+        Ok(never) => match never {},
+    }
+}
+
+/// Both directions, until the chip fails.
+async fn work(
+    chip: &mut Chip,
+    interrupt: &mut Input<'static>,
+    reporter: &mut Reporter,
+) -> Result<Infallible, Failure> {
     let mut held: Option<Frame> = None;
     let mut watched = Instant::now();
+    let mut idle = 0;
     loop {
         life::CAN.show();
+        yield_now().await;
         match with_timeout(life::IDLE, next(interrupt, held.is_none())).await {
             Ok(Either::First(())) => {
                 let time_us = Instant::now().as_micros();
-                chip.service(|frame| {
+                let taken = |frame| {
                     if RECEIVED.try_send(Received { frame, time_us }).is_err() {
                         LOST.note();
                     }
-                })
-                .await?;
+                };
+                idle = match chip.service(taken).await? {
+                    true => 0,
+                    false => idle + 1,
+                };
+                if idle >= IDLE_ROUNDS {
+                    return Err(Failure::Interrupt);
+                }
             }
             Ok(Either::Second(frame)) => held = Some(frame),
             Err(_) => {}

@@ -83,6 +83,7 @@ pub struct Reporter {
     told: Statistics,
     stuck: Line,
     failed: Line,
+    interrupt: Line,
     off: Line,
     back: Line,
     passive: Line,
@@ -96,6 +97,9 @@ impl Default for Reporter {
                 "CAN: MCP2515 does not go on the bus: RX low, or its transceiver has no supply",
             ),
             failed: Line::new("CAN: MCP2515 was lost or reset, it is started again"),
+            interrupt: Line::new(
+                "CAN: INT is low without a reason: shorted? The bus is left alone",
+            ),
             off: Line::new("CAN: bus off: check wires, termination and bit rate"),
             back: Line::new("CAN: back on the bus"),
             passive: Line::new("CAN: error passive: nobody acknowledges, or the bit rate differs"),
@@ -110,6 +114,10 @@ impl Reporter {
 
     pub fn failed(&mut self) {
         self.failed.say();
+    }
+
+    pub fn interrupt_stuck(&mut self) {
+        self.interrupt.say();
     }
 
     /// What has come since the last time that it could be told.

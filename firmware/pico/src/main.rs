@@ -20,6 +20,7 @@ mod emergency;
 mod encoders;
 mod life;
 mod link;
+mod mark;
 mod motors;
 mod overrun;
 mod pins;
@@ -34,14 +35,8 @@ use embassy_executor::{InterruptExecutor, SpawnError, SpawnToken, Spawner};
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::watchdog::Watchdog;
-use rover_core::{Core, Identity};
+use rover_core::Core;
 use static_cell::StaticCell;
-
-/// First 32 bits of the commit, from the build script.
-const GIT_HASH: u32 = match u32::from_str_radix(env!("ROVER_GIT_HASH"), 16) {
-    Ok(hash) => hash,
-    Err(_) => 0,
-};
 
 static EDGES: InterruptExecutor = InterruptExecutor::new();
 static CONTROL: InterruptExecutor = InterruptExecutor::new();
@@ -68,11 +63,7 @@ fn once<S>(token: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
 async fn main(spawner: Spawner) {
     let board = pins::Board::new(embassy_rp::init(Default::default()));
     let mut watchdog = Watchdog::new(board.watchdog);
-    let identity = Identity {
-        board: chip::BOARD,
-        git_hash: GIT_HASH,
-        reset_cause: reset::cause(&mut watchdog),
-    };
+    let identity = mark::identity(reset::cause(&mut watchdog));
 
     usb::start(board.usb, spawner);
     spawner.spawn(once(can::run(board.can)));

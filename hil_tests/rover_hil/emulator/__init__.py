@@ -9,3 +9,7 @@ import signal
 
 # Sent to the process it hangs the firmware's control loop, from the next millisecond on.
 HANG_SIGNAL = signal.SIGUSR1
+# The control loop's tick is kept from it, and comes again: what preempts the loop too long does that.
+BLOCK_SIGNALS = (signal.SIGRTMIN + 1, signal.SIGRTMIN + 2)
+# INT of the CAN controller is shorted to ground, and is free again.
+GROUND_SIGNALS = (signal.SIGRTMIN + 3, signal.SIGRTMIN + 4)

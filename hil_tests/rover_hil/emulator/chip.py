@@ -70,13 +70,20 @@ class Chip(_rp2040.RP2040):
         """Levels of the pins as inputs, kept instead of asked pin by pin."""
         return self._levels
 
-    _levels = 0
+    _levels = _wanted = _grounded = 0
 
     def set_level(self, pin: int, high: bool) -> None:
         """Drives a pin from outside."""
+        self._wanted = self._wanted & ~(1 << pin) | high << pin
+        high = high and not self._grounded >> pin & 1
         self.encoder_pio.catch_up()
         self.gpio[pin].set_input_value(high)
         self._levels = self._levels & ~(1 << pin) | high << pin
+
+    def ground(self, pin: int, on: bool) -> None:
+        """Shorts a pin to ground, or takes the short away: then it has the level that somebody drives."""
+        self._grounded = self._grounded & ~(1 << pin) | on << pin
+        self.set_level(pin, bool(self._wanted >> pin & 1))
 
     def load(self, segments: Iterable[Segment]) -> None:
         """Puts a program into flash, as a programmer does, and starts it."""

@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from rover_protocol.rig_tick import TickRequest
 
-from rover_hil.emulator import HANG_SIGNAL, wiring
+from rover_hil.emulator import BLOCK_SIGNALS, GROUND_SIGNALS, HANG_SIGNAL, wiring
 from rover_hil.emulator.board import PHASE_US, TICK_CYCLES, Board
 from rover_hil.emulator.can_wire import CanWire
 from rover_hil.emulator.chip import CYCLES_PER_US, Chip
@@ -37,8 +37,9 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
     board = Board(chip)
     wire = _wire(chip, options)
     chip.load(flash_segments(options.elf))
-    hangs: list[int] = []
-    signal.signal(HANG_SIGNAL, lambda number, _: hangs.append(number))
+    faults: list[int] = []
+    for number in (HANG_SIGNAL, *BLOCK_SIGNALS, *GROUND_SIGNALS):
+        signal.signal(number, lambda number, _: faults.append(number))
     # The chip is switched on with the world; its tick number n belongs to the world's millisecond number n.
     start = PHASE_US * CYCLES_PER_US
     while len(data := requests.read(TickRequest.SIZE)) == TickRequest.SIZE:
@@ -50,10 +51,8 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
         board.apply(request, start)
         if not wire.receive(request.host_bytes_due, start):
             return
-        if hangs:
-            # The tick never comes again, so nobody feeds the watchdog; what preempts the loop goes on, as on a board.
-            hangs.clear()
-            chip.processor.disable_interrupt(CONTROL_INTERRUPT)
+        while faults:
+            _begin(chip, faults.pop(0))
         start += TICK_CYCLES
         chip.run_until(start)
         wire.transmit()
@@ -67,6 +66,16 @@ def run(options: Options, requests: BinaryIO, replies: BinaryIO) -> None:
         )
         replies.write(reply.pack())
         replies.flush()
+
+
+def _begin(chip: Chip, fault: int) -> None:
+    if fault in GROUND_SIGNALS:
+        chip.ground(wiring.CAN_INTERRUPT, fault == GROUND_SIGNALS[0])
+    elif fault == BLOCK_SIGNALS[1]:
+        chip.processor.enable_interrupt(CONTROL_INTERRUPT)
+    else:
+        # Of a hang the tick never comes again, so nobody feeds the watchdog; what preempts the loop goes on.
+        chip.processor.disable_interrupt(CONTROL_INTERRUPT)
 
 
 def _wire(chip: Chip, options: Options) -> SerialWire | CanWire:

@@ -55,6 +55,12 @@ class FirmwareReplay:
         self._sent = 0
         self._ticks = 0
         self._difference: Difference | None = None
+        self._introduced = Introduction(can)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What the firmware has said of itself; empty before a handshake."""
+        return self._introduced.said
 
     def feed(self, step: RigStep) -> None:
         """One step; nothing after the first difference, for from there on the inputs are another rover's."""
@@ -67,6 +73,7 @@ class FirmwareReplay:
         total = TickReply.unpack(replies[-1]).bytes_sent if replies else self._sent
         sent = self._process.receive(total - self._sent)
         self._sent = total
+        self._introduced.hear(sent)
         self._difference = self._compare(step, replies, sent)
 
     def finish(self) -> Compared:
@@ -131,6 +138,41 @@ class FirmwareReplay:
             if key not in hidden
         }
         return {"message": message.name, message.name: plain}
+
+
+class Introduction:
+    """What a firmware says of itself in its answers to Hello, over either wire."""
+
+    def __init__(self, can: bool) -> None:
+        self._can = can
+        self._decoder = framing.Decoder()
+        self._text = b""
+        self._fields: dict[str, Any] = {}
+
+    @property
+    def said(self) -> dict[str, str]:
+        """Version, commit and board, as a log's record `firmware` has them."""
+        if not {"board", "git_hash"} <= set(self._fields):
+            return {}
+        f = self._fields
+        return {
+            "version": f"{f['version_major']}.{f['version_minor']}.{f['version_patch']}",
+            "git_hash": f"{f['git_hash']:08x}",
+            "board": messages.VALUES["HelloReply"]["board"].get(f["board"], f"Unknown{f['board']}"),
+        }
+
+    def hear(self, sent: bytes) -> None:
+        """Bytes of the firmware, in order."""
+        if self.said:
+            return
+        frames = self._of_text(sent) if self._can else [(i, p) for i, _, p in self._decoder.feed(sent)]
+        for identifier, payload in frames:
+            if identifier in (messages.HelloReply.ID, messages.HelloBuild.ID):
+                self._fields |= messages.decode(identifier, payload)[1]
+
+    def _of_text(self, sent: bytes) -> list[tuple[int, bytes]]:
+        *lines, self._text = (self._text + sent).split(b"\r")
+        return [(int(line[1:4], 16), bytes.fromhex(line[5:].decode())) for line in lines if line[:1] == b"t"]
 
 
 def outputs(reply: bytes) -> dict[str, Any]:

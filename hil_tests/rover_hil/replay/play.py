@@ -77,6 +77,11 @@ class FirmwarePart(Protocol):
         """The next step."""
         ...
 
+    @property
+    def identity(self) -> dict[str, str]:
+        """Version, commit and board of the firmware; empty when it was not asked."""
+        ...
+
     def finish(self) -> Compared:
         """After the last step."""
         ...
@@ -151,6 +156,7 @@ def replay(
         finally:
             recorded.close()
             firmware = part.finish()
+            build |= _firmware_change(log.metadata.get("firmware", {}), part.identity)
         if port is not None:
             firmware = DeviceReplay(log, port).run(on_time)
         companion = Compared(comparison.messages, comparison.difference)
@@ -163,9 +169,23 @@ class _Nobody:
     def feed(self, step: RigStep) -> None:
         """Nothing."""
 
+    @property
+    def identity(self) -> dict[str, str]:
+        """Nothing is known."""
+        return {}
+
     def finish(self) -> Compared:
         """Nothing was compared."""
         return Compared(0, None)
+
+
+def _firmware_change(recorded: Mapping[str, str], now: Mapping[str, str]) -> dict[str, str]:
+    """What the firmware says of itself otherwise than it did when the log was recorded."""
+    return {
+        f"firmware_{key}": f"{recorded.get(key, 'unknown')} → {value}"
+        for key, value in now.items()
+        if recorded.get(key) != value
+    }
 
 
 def _drive(loop: MissionLoop, comparison: Comparison) -> None:

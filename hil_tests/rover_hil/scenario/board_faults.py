@@ -8,7 +8,7 @@ from typing import Any
 
 from rover_plant import Plant
 
-from rover_hil.emulator import HANG_SIGNAL
+from rover_hil.emulator import BLOCK_SIGNALS, GROUND_SIGNALS, HANG_SIGNAL
 from rover_hil.firmware_process import FirmwareProcess
 from rover_hil.rig import Mark
 from rover_hil.sitl import EmulatorRig, SitlRig
@@ -54,6 +54,10 @@ class FaultyRig(SitlRig):
         """Supply too low for `duration` seconds: the bridges open at once, then the firmware boots."""
         self._outage = Outage(self.now_us + round(duration * 1e6), BROWN_OUT, powered=False)
 
+    def short_interrupt(self, on: bool) -> None:
+        """Only of a board with pins."""
+        raise NotImplementedError
+
     def drop_unread(self) -> None:
         """Throws away what the firmware sends and nobody reads any more."""
         self._pty.drop_unread()
@@ -88,9 +92,29 @@ class FaultyRig(SitlRig):
 class FaultyEmulatorRig(FaultyRig, EmulatorRig):
     """The same around the emulated board, whose watchdog resets it by itself."""
 
+    _blocked_until_us: int | None = None
+
     def hang(self) -> None:
         """The loop's tick does not come any more."""
         os.kill(self.firmware_pid, HANG_SIGNAL)
+
+    def stall(self, duration: float) -> None:
+        """The loop's tick comes late; the watchdog of the board decides whether that is too long for it."""
+        os.kill(self.firmware_pid, BLOCK_SIGNALS[0])
+        self._blocked_until_us = self.now_us + round(duration * 1e6)
+
+    def short_interrupt(self, on: bool) -> None:
+        """INT of the CAN controller lies on ground."""
+        os.kill(self.firmware_pid, GROUND_SIGNALS[0 if on else 1])
+
+    def _run(self, to_us: int, data: bytes) -> list[Mark]:
+        until = self._blocked_until_us
+        if until is None or to_us < until:
+            return super()._run(to_us, data)
+        marks = super()._run(until, data)
+        os.kill(self.firmware_pid, BLOCK_SIGNALS[1])
+        self._blocked_until_us = None
+        return marks + super()._run(to_us, b"")
 
     def _restart_command(self, cause: str) -> list[str]:
         # The chip sees a supply that comes back as it sees one that comes for the first time.

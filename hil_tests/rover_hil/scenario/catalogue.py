@@ -170,7 +170,10 @@ FAULTS: dict[str, Fault] = {
         "the firmware's loop hangs until the watchdog resets the board", {}, SIMULATED, SERIAL, lasting=False
     ),
     "firmware-stall": Fault(
-        "the control loop misses its ticks for a while, less than the watchdog's time", {}, ("sitl",)
+        "the control loop misses its ticks for a while, less than the watchdog's time", {}, SIMULATED
+    ),
+    "can-interrupt-shorted": Fault(
+        "INT of the CAN controller lies on ground", {}, ("emulator",), CAN
     ),
     "brown-out": Fault("the board's supply dips: reset, and a start once it is back", {}, SIMULATED, SERIAL),
     # Wheels and motors.

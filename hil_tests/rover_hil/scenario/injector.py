@@ -72,7 +72,9 @@ class Injector:
             "parameter-set": lambda i: self._send(
                 "ParameterSet", identifier=int(i.number("identifier")), value=int(i.number("value"))
             ),
-            "reboot-command": lambda i: self._send("Reboot", magic=RESTART, session=self._companion.link.session_number),
+            "reboot-command": lambda i: self._send(
+                "Reboot", magic=RESTART, session=self._companion.link.session_number
+            ),
             "send": self._raw,
             "send-segments": self._segments,
         }

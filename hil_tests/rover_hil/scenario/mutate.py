@@ -5,6 +5,7 @@ python -m rover_hil.scenario.mutate --guard sonar         those whose name holds
 python -m rover_hil.scenario.mutate --full                each guard against every scenario: the whole table
 
 Each mutant is a copy of the sources in a folder of its own with one place changed; nothing here touches the originals.
+Guards in the board's own code are taken out of the firmware of the emulated board, all others of rover-sitl.
 Ends with 1 when a scenario passes that `mutations.toml` names for a guard, or is named for none.
 """
 
@@ -24,15 +25,20 @@ from rover.errors import BadInput, PreflightFailed, RoverError
 from rover.toml_table import Table
 
 from rover_hil.scenario.library import find, shipped
+from rover_hil.scenario.reading import load_scenario
 
 ROOT = Path(__file__).resolve().parents[3]
 MUTATIONS = Path(__file__).with_name("mutations.toml")
 EDIT = ("file", "find", "replace")
+# What only the emulated board runs: those guards are tested on it.
+BOARD = "firmware/pico"
+TOOLCHAIN = "firmware/toolchain.sh"
 RUST = ("protocol/rust", "firmware/core", "firmware/sitl", "firmware/long_arithmetic", "firmware/mcp2515")
 PYTHON = ("companion/src/rover", "hil_tests/rover_hil")
 # The companion looks for its model beside its sources' folder.
 MODELS = "companion/models"
 JOBS = 2
+QUICK_BOARD = {"CARGO_PROFILE_RELEASE_LTO": "off", "CARGO_PROFILE_RELEASE_CODEGEN_UNITS": "16"}
 # Mutants are built once and run for a minute: what building saves is worth more than their speed.
 QUICK = {"CARGO_PROFILE_RELEASE_OPT_LEVEL": "0", "CARGO_PROFILE_RELEASE_DEBUG": "0", "RUSTFLAGS": "-Awarnings"}
 
@@ -58,6 +64,11 @@ class Mutation:
     def in_rust(self) -> bool:
         """Needs a build of the firmware."""
         return any(not _is_python(edit) for edit in self.edits)
+
+    @property
+    def rig(self) -> str:
+        """Where its scenarios are run."""
+        return "emulator" if any(edit.file.startswith(BOARD) for edit in self.edits) else "sitl"
 
 
 def load_mutations(path: Path = MUTATIONS) -> list[Mutation]:
@@ -112,30 +123,44 @@ class Workshop:
         manifest = manifest[:begin] + f"members = [{members}" + manifest[end:]
         _write(self.rust / "Cargo.toml", manifest)
         shutil.copyfile(ROOT / "Cargo.lock", self.rust / "Cargo.lock")
+        _copy(ROOT / BOARD, self.rust / BOARD)
+        shutil.copyfile(ROOT / TOOLCHAIN, self.rust / TOOLCHAIN)
         for name in PYTHON:
             _copy(ROOT / name, self.python / Path(name).name)
         _copy(ROOT / MODELS, folder / Path(MODELS).name)
 
-    def binary(self, mutation: Mutation | None) -> Path:
-        """A rover-sitl without the guard, or the sound one. Raises PreflightFailed when it does not build."""
+    def firmware(self, mutation: Mutation | None, rig: str) -> dict[str, str]:
+        """The rig's firmware without the guard, or the sound one, as variables that name it to the rig.
+
+        Raises PreflightFailed when it does not build.
+        """
         edits = [edit for edit in mutation.edits if not _is_python(edit)] if mutation else []
+        target = self.folder / "target"
+        if rig == "emulator":
+            # A path through rustup's toolchain or Debian's, as for the board itself.
+            build = ["sh", "-c", f". {TOOLCHAIN}; thumb_build {BOARD} --quiet"]
+            made = {"ROVER_ELF": str(target / "thumbv6m-none-eabi" / "release" / "rover-pico")}
+            quick = QUICK_BOARD
+        else:
+            build = ["cargo", "build", "--release", "--quiet", "-p", "rover-sitl"]
+            made = {"ROVER_SITL": str(target / "release" / "rover-sitl")}
+            quick = QUICK
         with _Changed(self.rust, edits):
-            command = ["cargo", "build", "--release", "--quiet", "-p", "rover-sitl"]
-            environment = {**os.environ, **QUICK, "CARGO_TARGET_DIR": str(self.folder / "target")}
-            built = subprocess.run(command, cwd=self.rust, env=environment, capture_output=True, text=True)
+            environment = {**os.environ, **quick, "CARGO_TARGET_DIR": str(target)}
+            built = subprocess.run(build, cwd=self.rust, env=environment, capture_output=True, text=True)
         if built.returncode != 0:
             guard = mutation.guard if mutation else "none"
             raise PreflightFailed(f"guard {guard!r} taken out: does not build: {' '.join(built.stderr.split())[-600:]}")
-        return self.folder / "target" / "release" / "rover-sitl"
+        return made
 
-    def failing(self, mutation: Mutation | None, scenarios: Sequence[Path]) -> list[str]:
+    def failing(self, mutation: Mutation | None, scenarios: Sequence[Path], rig: str) -> list[str]:
         """Names of the scenarios that fail without the guard."""
         in_python = [edit for edit in mutation.edits if _is_python(edit)] if mutation else []
         environment = {**os.environ, "PYTHONPATH": str(self.python)}
-        environment["ROVER_SITL"] = str(self.binary(mutation if mutation and mutation.in_rust else None))
+        environment |= self.firmware(mutation if mutation and mutation.in_rust else None, rig)
         with _Changed(self.python, in_python):
             parts = [list(scenarios[part::JOBS]) for part in range(JOBS)]
-            running = [_start(part, environment) for part in parts if part]
+            running = [_start(part, environment, rig) for part in parts if part]
             return sorted(name for process in running for name in _failures(process))
 
 
@@ -171,8 +196,8 @@ def _place(file: str) -> Path:
     return Path(file)
 
 
-def _start(scenarios: Sequence[Path], environment: dict[str, str]) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "rover_hil.scenario.verdicts", *map(str, scenarios)]
+def _start(scenarios: Sequence[Path], environment: dict[str, str], rig: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "rover_hil.scenario.verdicts", "--rig", rig, *map(str, scenarios)]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -211,14 +236,15 @@ def run(wanted: Sequence[Mutation], folder: Path, full: bool) -> dict[str, list[
     if missing:
         raise BadInput("; ".join(missing))
     workshop = Workshop(folder)
-    every = [file.stem for file in shipped()]
-    broken = workshop.failing(None, find(every if full else _named(wanted)))
-    if broken:
-        raise PreflightFailed(f"with all guards in place these fail already: {', '.join(broken)}")
+    for rig in sorted({mutation.rig for mutation in wanted}):
+        names = _on(rig) if full else _named([mutation for mutation in wanted if mutation.rig == rig])
+        if broken := workshop.failing(None, find(names), rig):
+            raise PreflightFailed(f"with all guards in place these fail already on {rig}: {', '.join(broken)}")
     found: dict[str, list[str]] = {}
     for number, mutation in enumerate(wanted, 1):
         try:
-            failing = workshop.failing(mutation, find(every if full else mutation.noticed_by))
+            tried = _on(mutation.rig) if full else mutation.noticed_by
+            failing = workshop.failing(mutation, find(tried), mutation.rig)
         except PreflightFailed as error:  # the others are worth running all the same
             print(error, file=sys.stderr)
             failing = []
@@ -239,6 +265,11 @@ def complaints(mutations: Sequence[Mutation], found: dict[str, list[str]]) -> li
     ]
     idle = [file.stem for file in shipped() if file.stem not in _named(mutations)]
     return lines + [f"{name} is named for no guard" for name in idle]
+
+
+def _on(rig: str) -> list[str]:
+    """Names of the scenarios that can exist on a rig."""
+    return [file.stem for file in shipped() if rig in load_scenario(file).rigs]
 
 
 def _named(mutations: Sequence[Mutation]) -> list[str]:

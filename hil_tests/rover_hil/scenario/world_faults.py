@@ -39,6 +39,8 @@ class WorldFaults:
             self._plant.set_fault(name, 0, 1.0 if on else 0.0)
         elif name == "battery-sag":
             self._plant.set_fault("voltage-drop", 0, injection.number("drop_v") if on else 0.0)
+        elif name == "can-interrupt-shorted":
+            self._rig.short_interrupt(on)
         elif name == "emergency-stop-input":
             self._rig.set_emergency_stop(on)
         else:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 HELP = """Write the firmware to the board, wait for it to come up, and print its version and self-test.
 
 Takes the drive of a board in its boot loader (hold BOOTSEL while plugging it in); or tells a running rover to start
-its boot loader; or uses a debug probe through probe-rs. Exit code 3 when there is no board, or when what came up
-fails its self-test.
+its boot loader; or uses a debug probe through probe-rs. Exit code 3 when there is no board, when what came up
+fails its self-test, or when its board or commit are not those of the file.
 
 \b
 Examples:
@@ -59,6 +59,7 @@ def command(
             "or a bus, ask it with rover status --port P"
         )
     answer, findings = _ask(port, baud)
+    _compare(firmware, answer, port)
     told = _document(firmware, way, port, answer, findings)
     write_json(told) if as_json else write_text(_text(told))
     return 0 if all(finding.ok for finding in findings) else PreflightFailed.exit_code
@@ -123,6 +124,21 @@ def _ask(port: str, baud: int, patience: float = 10.0) -> tuple[Answer, list[Fin
         except (PreflightFailed, LinkLost):
             if time.monotonic() > deadline:
                 raise
+
+
+def _compare(firmware: Uf2, answer: Answer, port: str) -> None:
+    """Whether it is the new firmware that has answered. Raises PreflightFailed when it is not."""
+    mark, identity = firmware.mark, answer.identity
+    if mark is None:
+        raise PreflightFailed(
+            f"{firmware.path} is written and carries no mark of a rover's firmware: what answers on {port} "
+            f"({identity.board}, commit {identity.git_hash}) cannot be compared with it"
+        )
+    if (identity.board, identity.git_hash) != (mark.board, mark.git_hash):
+        raise PreflightFailed(
+            f"{firmware.path} is for {mark.board}, commit {mark.git_hash}, and what answers on {port} is "
+            f"{identity.board}, commit {identity.git_hash}: another board, or one that does not run what was written"
+        )
 
 
 def _document(firmware: Uf2, way: str, port: str, answer: Answer, findings: list[Finding]) -> dict[str, Any]:

@@ -10,6 +10,8 @@ import struct
 from dataclasses import dataclass
 from pathlib import Path
 
+from rover_protocol import messages
+
 from rover.errors import BadInput
 
 BLOCK_BYTES = 512
@@ -34,6 +36,17 @@ FAMILY_NAMES = {
     RP2350_ARM_NON_SECURE: "RP2350 (non-secure)",
 }
 FOR_ANY_BOARD = frozenset({ABSOLUTE, DATA})
+# In an image of the rover's firmware, before the number of its board and the first 32 bits of its commit
+# (firmware/pico/src/mark.rs).
+MARK = b"rover image"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Who the image in a file is: its board as HelloReply names it, and its commit, 8 hexadecimal digits."""
+
+    board: str
+    git_hash: str
 
 
 @dataclass(frozen=True)
@@ -48,6 +61,17 @@ class Uf2:
     def blocks(self) -> int:
         """Number of blocks."""
         return len(self.content) // BLOCK_BYTES
+
+    @property
+    def mark(self) -> Mark | None:
+        """What the image says of itself; None when it is no firmware of this rover's, or an old one."""
+        blocks = (self.content[at : at + BLOCK] for at in range(0, len(self.content), BLOCK))
+        image = b"".join(block[32 : 32 + struct.unpack_from("<I", block, 16)[0]] for block in blocks)
+        at = image.find(MARK) + len(MARK)
+        if at < len(MARK) or len(image) < at + 5:
+            return None
+        board, git_hash = struct.unpack_from("<BI", image, at)
+        return Mark(messages.VALUES["HelloReply"]["board"].get(board, f"Unknown{board}"), f"{git_hash:08x}")
 
     @property
     def family_names(self) -> str:

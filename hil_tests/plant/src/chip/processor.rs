@@ -229,6 +229,12 @@ impl Processor {
         self.chip.borrow_mut().core.nvic.enabled &= !(1 << irq);
     }
 
+    /// Gives an interrupt its enable back.
+    fn enable_interrupt(&self, irq: u32) {
+        self.chip.borrow_mut().core.nvic.enabled |= 1 << irq;
+        self.signals.changed.set(true);
+    }
+
     /// Targets of the timer's four alarms, low 32 bits of microseconds.
     #[getter]
     fn timer_targets(&self) -> [u32; 4] {

@@ -122,7 +122,7 @@ def test_from_a_drive_to_the_self_test(rover, mounts, of_the_rig, port) -> None:
     assert (folder / "rover.uf2").read_bytes() == firmware.read_bytes()
     assert (told["board"], told["for"], told["written_to"]) == ("Sitl", "RP2040", str(folder))
     assert [each["name"] for each in told["self_test"] if each["ok"]] == [
-        "state", "faults", "battery", "emergency stop", "sonar left", "sonar centre", "sonar right",
+        "state", "faults", "battery", "emergency stop", "bumper", "sonar left", "sonar centre", "sonar right",
     ]  # fmt: skip
 
 

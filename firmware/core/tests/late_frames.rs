@@ -126,6 +126,7 @@ impl Conversation {
                 emergency_stop: 0,
                 sonar: 255,
                 echo: 0,
+                bumper: 0,
             }),
             98 => self.send(&m::Reboot {
                 magic: 0x5242_4F54,

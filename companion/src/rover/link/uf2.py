@@ -65,7 +65,7 @@ class Uf2:
     @property
     def mark(self) -> Mark | None:
         """What the image says of itself; None when it is no firmware of this rover's, or an old one."""
-        blocks = (self.content[at : at + BLOCK] for at in range(0, len(self.content), BLOCK))
+        blocks = (self.content[at : at + BLOCK_BYTES] for at in range(0, len(self.content), BLOCK_BYTES))
         image = b"".join(block[32 : 32 + struct.unpack_from("<I", block, 16)[0]] for block in blocks)
         at = image.find(MARK) + len(MARK)
         if at < len(MARK) or len(image) < at + 5:

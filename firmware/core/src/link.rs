@@ -10,6 +10,8 @@ use rover_protocol::Message;
 
 use crate::clock;
 
+/// A bus node is expected to show life, companion or not.
+pub const BEAT_US: u64 = 1_000_000;
 const URGENT: usize = 32;
 const ROUTINE: usize = 32;
 

@@ -6,13 +6,10 @@ use rover_protocol::Message;
 
 use crate::clock;
 use crate::controller::Core;
-use crate::link::OutgoingFrame;
+use crate::link::{OutgoingFrame, BEAT_US};
 use crate::sonar::{Ranging, SonarStatus};
 use crate::supervisor::State;
 use crate::telemetry::MESSAGES;
-
-/// A bus node is expected to show life, companion or not.
-pub(crate) const BEAT_US: u64 = 1_000_000;
 
 impl Core {
     /// Acknowledgement, faults, scheduled telemetry and log lines of this tick.

@@ -172,9 +172,7 @@ FAULTS: dict[str, Fault] = {
     "firmware-stall": Fault(
         "the control loop misses its ticks for a while, less than the watchdog's time", {}, SIMULATED
     ),
-    "can-interrupt-shorted": Fault(
-        "INT of the CAN controller lies on ground", {}, ("emulator",), CAN
-    ),
+    "can-interrupt-shorted": Fault("INT of the CAN controller lies on ground", {}, ("emulator",), CAN),
     "brown-out": Fault("the board's supply dips: reset, and a start once it is back", {}, SIMULATED, SERIAL),
     # Wheels and motors.
     "encoder-stuck": Fault("an encoder gives no edges", WHEEL),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rover.geometry import Pose2, wrap_angle
 from rover.vehicle import STANDARD
 
 from rover_hil.ground import Mine
@@ -44,6 +45,31 @@ def wheel_distance(truth: Array, x: float, y: float) -> Array:
     # Both wheels at once: the nearer one is on the point's side.
     aside = np.maximum(np.abs(np.abs(across) - WHEEL_OFFSET_M) - 0.5 * PATCH_M[1], 0.0)
     return np.hypot(ahead, aside)
+
+
+def on_ground(truth: Array, thing: dict[str, Any]) -> dict[str, Any]:
+    """A zone or an indication where it really lies: as seen from where the rover really was when it saw it.
+
+    `thing` has x, y in the companion's map and may have an "anchor": when the rover saw it ("t") and where it believed
+    to be then ("x", "y", "heading"). The map as a whole may be off, and may bend later; the ground that was seen does
+    not. Without an anchor the map is taken for true.
+    """
+    anchor = thing.get("anchor")
+    if anchor is None or not len(truth):
+        return thing
+    believed = Pose2(float(anchor["x"]), float(anchor["y"]), float(anchor["heading"]))
+    real = _pose_at(truth, float(anchor["t"]))
+    place = np.array([[float(thing["x"]), float(thing["y"])]])
+    x, y = real.transform(believed.inverse().transform(place))[0].tolist()
+    return {**thing, "x": x, "y": y}
+
+
+def _pose_at(truth: Array, time: float) -> Pose2:
+    """The true pose at a time, from the samples before and after it."""
+    after = int(np.clip(np.searchsorted(truth[:, 0], time), 1, max(len(truth) - 1, 1)))
+    (t0, x0, y0, h0), (t1, x1, y1, h1) = truth[after - 1].tolist(), truth[min(after, len(truth) - 1)].tolist()
+    share = min(max((time - t0) / (t1 - t0), 0.0), 1.0) if t1 > t0 else 0.0
+    return Pose2(x0 + share * (x1 - x0), y0 + share * (y1 - y0), h0 + share * wrap_angle(h1 - h0))
 
 
 def judge_place(truth: Array, versions: Sequence[dict[str, Any]]) -> tuple[int, bool]:
@@ -91,10 +117,11 @@ def _goes_deeper(distances: Array, current: NDArray[np.int64], first: int, last:
 def judge_zones(truth: Array, zones: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """keepout_violations, the zones that they happened in, and zones_declared_under_wheel.
 
-    Zones are {"t", "id", "x", "y", "r"} in seconds and metres, with "until" when they ended; one that was redrawn
-    comes again with the same id.
+    Zones are {"t", "id", "x", "y", "r"} in seconds and metres, with "until" when they ended and the "anchor" of
+    `on_ground`; one that was redrawn comes again with the same id.
     """
     violated, under_wheel, total = [], [], 0
+    zones = [on_ground(truth, zone) for zone in zones]
     for identifier in sorted({zone["id"] for zone in zones}):
         versions = [zone for zone in zones if zone["id"] == identifier]
         entries, under = judge_place(truth, sorted(versions, key=lambda version: float(version["t"])))
@@ -113,8 +140,12 @@ def judge_zones(truth: Array, zones: Sequence[dict[str, Any]]) -> dict[str, Any]
 def judge_mines(
     truth: Array, mines: Sequence[Mine], detections: Sequence[dict[str, Any]], area: float
 ) -> dict[str, Any]:
-    """Mines driven over, mines reported, and indications where no mine is; `area` in m²."""
-    places = [(float(d["x"]), float(d["y"])) for d in detections if d.get("class") not in NOT_A_MINE]
+    """Mines driven over, mines reported, and indications where no mine is; `area` in m².
+
+    Detections are {"class", "x", "y"} with the "anchor" of `on_ground`.
+    """
+    reported = [on_ground(truth, d) for d in detections if d.get("class") not in NOT_A_MINE]
+    places = [(float(d["x"]), float(d["y"])) for d in reported]
     rows: list[dict[str, Any]] = []
     for mine in mines:
         errors = [math.hypot(x - mine.x, y - mine.y) for x, y in places]

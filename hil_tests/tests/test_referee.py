@@ -197,3 +197,41 @@ def test_a_mine_is_found_within_ten_centimetres_and_obstacles_do_not_count() -> 
     assert (verdict["mines_with_contrast"], verdict["mines_with_contrast_found"]) == (3, 1)
     assert verdict["false_indications"] == 1
     assert verdict["false_indications_per_m2"] == pytest.approx(0.1)
+
+
+def straight_on(off: float) -> NDArray[np.float64]:
+    """A true way along y = 1 while the companion believes to be at y = 1 - off."""
+    time = np.arange(0.0, 10.0, 0.01)
+    return np.column_stack((time, 0.2 * time, np.ones_like(time), np.zeros_like(time)))
+
+
+def seen_beside_the_way(believed_y: float, zone_y: float, turned: float = 0.0) -> dict[str, object]:
+    """A zone drawn at 2 s, seen from x = 0.4 by a rover that believes to be at `believed_y`, turned by so much."""
+    anchor = {"t": 2.0, "x": 0.4, "y": believed_y, "heading": turned}
+    return {"t": 2.0, "id": 1, "x": 1.2, "y": zone_y, "r": 0.15, "anchor": anchor}
+
+
+def test_a_zone_lies_on_the_ground_that_was_seen_however_far_the_map_is_off() -> None:
+    truth = straight_on(0.2)
+    # Believed at y = 0.8: a zone at 0.8 lies on the way, one at 1.0 lies 20 cm beside it, clear of a wheel at 10 cm.
+    assert judge_zones(truth, [seen_beside_the_way(0.8, 0.8)])["keepout_violations"] == 1
+    assert judge_zones(truth, [seen_beside_the_way(0.8, 1.07)])["keepout_violations"] == 0
+    unanchored = {k: v for k, v in seen_beside_the_way(0.8, 1.07).items() if k != "anchor"}
+    assert judge_zones(truth, [unanchored])["keepout_violations"] == 1
+
+
+def test_an_anchored_zone_is_turned_with_the_map_that_it_was_drawn_on() -> None:
+    truth, turned = straight_on(0.0), 0.5
+    # 0.8 m straight ahead of the rover, whatever the map says of its heading.
+    ahead = {"x": 0.4 + 0.8 * math.cos(turned), "y": 1.0 + 0.8 * math.sin(turned)}
+    zone = {**seen_beside_the_way(1.0, 0.0, turned), **ahead}
+    assert judge_zones(truth, [zone])["keepout_violations"] == 1
+
+
+def test_a_mine_is_found_where_the_rover_really_saw_it() -> None:
+    truth = straight_on(0.3)
+    mines = [Mine(1, 1.2, 1.4, 0.055, 0.01, "buried", 2.0)]
+    report = {"class": "buried", "x": 1.2, "y": 1.1, "anchor": {"t": 2.0, "x": 0.4, "y": 0.7, "heading": 0.0}}
+    assert judge_mines(truth, mines, [report], 1.0)["mines"][0]["found"]
+    del report["anchor"]
+    assert not judge_mines(truth, mines, [report], 1.0)["mines"][0]["found"]

@@ -81,6 +81,9 @@ class ImaginedPerception:
     def placed(self) -> bool:
         return self.relative_sigma <= PLACED_SIGMA
 
+    def shift(self) -> None:
+        return None
+
     def take(self, event: object) -> None:
         if isinstance(event, Battery):
             self.battery = event

@@ -12,6 +12,7 @@ from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
 from rover.mission.drive import COMMITTED_REACH, START_LEAD, Drive, cut, remaining
 from rover.mission.freespace import FreeSpace, free_space
+from rover.motion.segment import Segment
 from rover.vehicle import Vehicle
 
 CORNER = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]])
@@ -160,3 +161,29 @@ def test_a_turn_on_the_spot_has_a_path_that_nothing_blocks_and_drives_no_way() -
     segments, _ = drive.step(1.0, Pose2(1.0, 1.0, 0.0))
     assert segments
     assert all(segment.jerk_travel == 0 for segment in segments)
+
+
+def test_a_path_whose_ground_has_moved_in_map_is_driven_as_if_nothing_had_happened() -> None:
+    """Every segment is the same as without the move: the wheels feel nothing of it."""
+    shift = Pose2(0.12, -0.07, 0.05)
+    sent: list[list[Segment]] = []
+    for moves in (False, True):
+        drive, pose = Drive(Vehicle(), 0.25), Pose2(0.5, 0.5, 0.0)
+        made: list[Segment] = []
+        drive.start(np.array([[0.5, 0.5], [2.0, 0.5]]), 0.0, space=ground())
+        frame = Pose2(0.0, 0.0, 0.0)
+        for step in range(200):
+            now = step * CYCLE
+            if moves and step == 100:
+                drive.move(shift)
+                frame = shift
+            segments, _ = drive.step(now, frame.compose(pose))
+            made += segments
+            for travel, turn in drive.committed.increments(now, now + CYCLE):
+                pose = pose.compose(Pose2(travel, 0.0, turn))
+        sent.append(made)
+        np.testing.assert_allclose(drive.path[-1], frame.transform(np.array([[2.0, 0.5]]))[0], atol=1e-6)
+    assert len(sent[0]) == len(sent[1]) > 5
+    for one, other in zip(*sent, strict=True):
+        assert abs(one.jerk_travel - other.jerk_travel) <= 1
+        assert abs(one.jerk_heading - other.jerk_heading) <= 1

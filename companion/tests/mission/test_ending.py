@@ -57,7 +57,7 @@ def test_a_mission_file_may_ask_for_less() -> None:
 
 def test_ground_shut_off_by_obstacles_is_not_asked_for() -> None:
     rover = ImaginedRover(a_mission(height=4.0))
-    rover.perception.grid.thermal[100:106] = 2.4
+    rover.perception.grid.occupied[100:106] = True
     rover.run(600.0)
     assert not rover.perception.grid.seen[165:].any()
     assert rover.survey.outcome is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rover.detection.place import Anchor
 from rover.mission.goals import Goals, GoalState
 
 
@@ -12,6 +13,7 @@ class Place:
     id: int
     x: float
     y: float
+    anchor: Anchor | None = None
 
 
 def states(goals: Goals) -> dict[str, GoalState]:

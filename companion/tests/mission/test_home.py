@@ -82,9 +82,9 @@ def test_a_way_back_that_is_blocked_is_given_up_and_told() -> None:
     rover = away_from_home()
     there = rover.perception.pose
     rows, columns = (int(value / rover.perception.grid.resolution) for value in (there.y, there.x))
-    wall = rover.perception.grid.thermal
-    wall[max(rows - 25, 0) : rows + 26, max(columns - 25, 0) : columns + 26] = 2.4
-    wall[rows - 22 : rows + 23, columns - 22 : columns + 23] = -2.0
+    wall = rover.perception.grid.occupied
+    wall[max(rows - 25, 0) : rows + 26, max(columns - 25, 0) : columns + 26] = True
+    wall[rows - 22 : rows + 23, columns - 22 : columns + 23] = False
     rover.survey.abort(Outcome(RunStatus.PARTIAL, "enough"), home=True)
     rover.run(200.0)
     assert rover.survey.outcome == Outcome(RunStatus.PARTIAL, "enough")

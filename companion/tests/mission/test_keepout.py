@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rover.detection.place import Anchor
 from rover.mission.keepout import REDRAW_DISTANCE, KeepOut, Zone
 
 
@@ -12,6 +13,7 @@ class Place:
     id: int
     x: float
     y: float
+    anchor: Anchor | None = None
 
 
 def test_a_zone_stands_from_the_moment_of_suspicion() -> None:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from rover.capture.frame import Frame
 from rover.detection.classifier import Classifier, default_model
-from rover.detection.place import Place
+from rover.detection.ground.detect import Detection
+from rover.detection.place import Anchor, Place
+from rover.geometry import Pose2
 from rover.mission.config import load
 from rover.mission.perception import Perception
 from rover.vehicle import Vehicle
@@ -54,9 +56,7 @@ def test_how_far_the_launch_is_does_not_matter_to_whether_the_rover_may_drive(pe
     """Rover and ground are off together by 30 cm: all that is driven by is still where it was seen."""
     localizer = perception.localizer
     localizer.filter.add_keyframe(np.diag(np.square((0.002, 0.002, 0.004))))
-    localizer.keyframes.add(
-        Keyframe(np.zeros((1, 2)), np.zeros((1, 32), np.uint8), np.ones(1), 0.0), localizer.filter.keyframe_poses()
-    )
+    localizer.keyframes.add(Keyframe(np.zeros((1, 2)), np.zeros((1, 32), np.uint8), np.ones(1), 0.0))
     together = np.kron(np.ones((2, 2)), np.diag((0.09, 0.09, 0.0)))
     of_both = np.ix_([0, 1, 2, 5, 6, 7], [0, 1, 2, 5, 6, 7])
     localizer.filter.covariance[of_both] += together
@@ -67,3 +67,42 @@ def test_how_far_the_launch_is_does_not_matter_to_whether_the_rover_may_drive(pe
     assert perception.placed
     localizer.filter.doubt((0.08, 0.08, 0.0))
     assert not perception.placed
+
+
+def test_when_a_loop_is_closed_all_that_was_seen_from_a_submap_moves_with_it(perception) -> None:
+    atlas, graph = perception.localizer.atlas, perception.localizer.atlas.graph
+    atlas.begin()
+    perception._follow_submaps()
+    here, there = place(11, 0.9, suspected=True), place(12, 0.9, x=2.0, suspected=True)
+    there.submap, there.anchor = 1, Anchor(3.0, Pose2(1.5, 1.0, 0.0))
+    perception.evidence.restore([here, there], 13)
+    perception.keepout.update(perception.avoided, 4.0)
+    before = {zone.id: zone for zone in perception.keepout.active}
+    assert perception.shift() is None
+    shift = Pose2(0.04, -0.03, 0.02)
+    graph.poses = [graph.poses[0], shift.compose(graph.poses[1])]
+    perception._follow_submaps()
+    moved = shift.transform(np.array([[2.0, 1.0]]))[0]
+    assert (here.x, here.y) == (1.0, 1.0)
+    np.testing.assert_allclose((there.x, there.y), moved)
+    after = {zone.id: zone for zone in perception.keepout.active}
+    assert after[11] == before[11]
+    np.testing.assert_allclose((after[12].x, after[12].y), moved)
+    assert (after[12].since, after[12].radius) == (before[12].since, before[12].radius)
+    assert not [zone for zone in perception.keepout.history if zone.until is not None], "it is no new zone"
+    seen_from = after[12].anchor.pose
+    assert seen_from.relative_to(shift).distance(Pose2(1.5, 1.0, 0.0)) < 1e-9
+    told = perception.shift()
+    assert told is not None
+    assert told.distance(shift) < 1e-12, "the rover stands on that ground"
+
+
+def test_a_place_goes_on_being_averaged_where_its_submap_has_moved_to() -> None:
+    one = place(1, 0.9)
+    pose, found = Pose2(0.5, 1.0, 0.0), Detection(0.5, 0.0, 0.1, {"obstacle": 0.0, "surface": 0.0, "buried": 1.0,
+                                                                  "background": 0.0}, (0, 0, 1, 1))  # fmt: skip
+    one.add(found, np.array([1.0, 1.0]), pose, 1.0, (1e-4, 1e-5), 1.0)
+    one.move(Pose2(0.1, 0.0, 0.0))
+    one.add(found, np.array([1.1, 1.0]), pose, 1.0, (1e-4, 1e-5), 2.0)
+    assert one.x == pytest.approx(1.1)
+    assert one.y == pytest.approx(1.0)

@@ -18,7 +18,8 @@ from rover.errors import BadInput
 from rover.geometry import Pose2, wrap_angle
 from rover.mission import config
 from rover.vision.camera.model import CameraModel
-from rover.vision.localization.localizer import Localizer, LocalizerSettings
+from rover.vision.localization.localizer import Localizer
+from rover.vision.localization.settings import LocalizerSettings
 from rover_hil.ground import build
 from rover_hil.plant_config import build_plant
 

@@ -15,9 +15,10 @@ from rover.geometry import Pose2
 from rover.vision.camera.file import load_camera
 from rover.vision.localization.ground_view import GroundView
 from rover.vision.localization.keyframes import Keyframe
-from rover.vision.localization.localizer import Localizer, LocalizerSettings
+from rover.vision.localization.localizer import Localizer
 from rover.vision.localization.observation import Observer
 from rover.vision.localization.placement import PlacementSettings, place
+from rover.vision.localization.settings import LocalizerSettings
 from rover.vision.registration.matching import hamming, mutual_matches
 from rover.vision.registration.preprocess import Preprocessor
 

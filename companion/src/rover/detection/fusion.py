@@ -8,7 +8,7 @@ like a mine is found any more loses probability in the same way.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rover.detection.evidence_settings import EvidenceSettings
 from rover.detection.ground.detect import Detection
-from rover.detection.place import Place
+from rover.detection.place import Anchor, Place
 from rover.geometry import Pose2
 
 # What a look in clear view that found nothing says: most likely plain ground.
@@ -45,10 +45,27 @@ class Evidence:
         """Takes over what another run has found; numbers go on from there."""
         self._places, self._next = list(places), next_place
 
+    def move(self, shifts: Mapping[int, Pose2]) -> None:
+        """Submaps have moved in map, by number; what was seen from them moves with them."""
+        for place in self._places:
+            if place.submap in shifts:
+                place.move(shifts[place.submap])
+
     def update(
-        self, detections: Sequence[Detection], pose: Pose2, covariance: NDArray[np.float64], time: float
+        self,
+        detections: Sequence[Detection],
+        pose: Pose2,
+        covariance: NDArray[np.float64],
+        time: float,
+        submap: int = 0,
     ) -> None:
-        """The detections of one frame taken from `pose`; covariance (3, 3) of x, y, heading; time in seconds."""
+        """The detections of one frame taken from `pose`; covariance (3, 3) of x, y, heading; time in seconds.
+
+        submap: the one that the rover is in.
+        """
+        for place in self._places:
+            if place.anchor is None:  # of an earlier run: what holds it is where this one has found itself
+                place.anchor = Anchor(time, pose)
         points = pose.transform(np.array([(d.x, d.y) for d in detections]).reshape(-1, 2))
         centres = np.array([(p.x, p.y) for p in self._places]).reshape(-1, 2)
         local = pose.inverse().transform(centres)
@@ -58,13 +75,13 @@ class Evidence:
             if index >= 0:
                 found = detections[index]
                 weight = self._weight(found.x, found.y)
-                place.add(found, points[index], pose, weight, _variance(found, covariance), time)
+                place.add(found, points[index], pose, weight, _variance(found, covariance), time, submap)
             elif in_view:
                 place.miss(NO_ANSWER, pose, self._weight(*at_base))
         taken = set(matches)
         for index, found in enumerate(detections):
             if index not in taken and found.p["surface"] + found.p["buried"] >= self.settings.create_from:
-                self._create(found, points[index], pose, covariance, time)
+                self._create(found, points[index], pose, covariance, time, submap)
         self._merge()
         for place in self._places:
             place.judge(self.settings)
@@ -83,13 +100,19 @@ class Evidence:
         return [int(index) for index in np.where(np.isfinite(score.min(axis=1)), best, -1)]
 
     def _create(
-        self, found: Detection, at: NDArray[np.float64], pose: Pose2, covariance: NDArray[np.float64], time: float
+        self,
+        found: Detection,
+        at: NDArray[np.float64],
+        pose: Pose2,
+        covariance: NDArray[np.float64],
+        time: float,
+        submap: int,
     ) -> None:
         if any(math.hypot(at[0] - p.x, at[1] - p.y) <= self.settings.associate_within for p in self._places):
             return
         place = Place(self._next, float(at[0]), float(at[1]), first_seen=time, last_seen=time)
         self._next += 1
-        place.add(found, at, pose, self._weight(found.x, found.y), _variance(found, covariance), time)
+        place.add(found, at, pose, self._weight(found.x, found.y), _variance(found, covariance), time, submap)
         self._places.append(place)
 
     def _weight(self, x: float, y: float) -> float:

@@ -30,11 +30,20 @@ VIEW_STEP, VIEW_TURN = 0.12, 0.25
 SPENT, SPENT_LOOKS = 0.02, 4
 
 
+@dataclass(frozen=True)
+class Anchor:
+    """When something was seen, seconds, and where in map the rover believes to have been then."""
+
+    time: float
+    pose: Pose2
+
+
 @dataclass(eq=False)
 class Place:
     """A place in map. p: probability per class; sigma_m: 1σ of the position along one axis; views: looks that found it.
 
-    suspected: it may be a mine, keep away and look closer. indication: reported.
+    suspected: it may be a mine, keep away and look closer. indication: reported. submap, anchor: of the last look that
+    found it; with that submap the place moves.
     """
 
     id: int
@@ -49,6 +58,8 @@ class Place:
     suspected: bool = False
     indication: bool = False
     looks: int = 0
+    submap: int = 0
+    anchor: Anchor | None = None
     _evidence: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(CLASSES)), repr=False)
     _weight: float = field(default=0.0, repr=False)
     _seen_from: dict[tuple[int, int, int], int] = field(default_factory=dict, repr=False)
@@ -78,8 +89,10 @@ class Place:
         weight: float,
         variance: tuple[float, float],
         time: float,
+        submap: int = 0,
     ) -> None:
         """A look that found something at `at` (map); variance: its own and the pose's, m²."""
+        self.submap, self.anchor = submap, Anchor(time, pose)
         weight *= self._novelty(pose)
         self._learn(found.p, weight)
         likeness = found.p["surface"] + found.p["buried"]
@@ -93,6 +106,14 @@ class Place:
         self.sigma_m = math.sqrt(1.0 / total + self._pose_variance)
         self.views += 1
         self.last_seen = time
+
+    def move(self, shift: Pose2) -> None:
+        """Its submap has moved in map by `shift`, and the place with it."""
+        x, y = shift.transform(np.array([[self.x, self.y]]))[0].tolist()
+        self.x, self.y = x, y
+        self._sums[:2] = self._sums[2] * np.array([x, y])
+        if self.anchor is not None:
+            self.anchor = Anchor(self.anchor.time, shift.compose(self.anchor.pose))
 
     def miss(self, answer: dict[str, float], pose: Pose2, weight: float) -> None:
         """A look in clear view that found nothing here."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.geometry import Pose2
+from rover.mapping.rectangle import Rectangle
 from rover.vehicle import SonarMount
 
 MAX_HIT = 0.80
@@ -36,9 +37,9 @@ class ConeUpdate:
 
 
 def cone_update(
-    shape: tuple[int, int], resolution: float, pose: Pose2, mount: SonarMount, range_m: float | None, near: float
+    limits: Rectangle, resolution: float, pose: Pose2, mount: SonarMount, range_m: float | None, near: float
 ) -> ConeUpdate | None:
-    """The update of a grid (rows, columns) by one ping; range_m None: no echo. None when no cell is touched.
+    """The update of the cells within `limits` by one ping; range_m None: no echo. None when no cell is touched.
 
     `near`: echoes below this range (m) are marked as close.
     """
@@ -46,7 +47,7 @@ def cone_update(
     reach = min(MAX_FREE, MAX_HIT if range_m is None else range_m + ARC_DEPTH) + resolution
     low = np.floor((np.array([sensor.x, sensor.y]) - reach) / resolution).astype(int)
     high = np.ceil((np.array([sensor.x, sensor.y]) + reach) / resolution).astype(int) + 1
-    low, high = np.maximum(low, 0), np.minimum(high, (shape[1], shape[0]))
+    low, high = np.maximum(low, (limits.left, limits.top)), np.minimum(high, (limits.right, limits.bottom))
     if (low >= high).any():
         return None
     x = (np.arange(low[0], high[0]) + 0.5) * resolution - sensor.x

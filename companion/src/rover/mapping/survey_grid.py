@@ -1,162 +1,287 @@
-"""The map of the area: seen ground, occupied ground by camera and by sonar, and the temperature mosaic.
+"""The map of the area, put together from what each submap has learned: seen ground, occupied ground, temperatures.
 
-Occupancy is kept as log-odds, one layer per sensor, because the two err in different ways: the camera knows well
-where a thing begins and takes a warm mine for no obstacle; the sonar knows that something stands there, but not where
-in its cone. A cell is occupied when either layer says so. Row 0 lies at y = 0, column 0 at x = 0 of map.
+Every submap keeps rasters of its own, in its own frame (`local_grid`). A cell of the map shows the submap that has
+learned of that ground last; a submap that comes to ground which another one knows better takes that over first. So
+nothing is averaged over submaps that do not lie exactly as they are believed to, and when they move against each other
+the map is only put together anew, where they moved by more than a part of a cell. Until then, and wherever a frame
+changes something, only the cells around the change are looked at.
+
+Row 0 lies at y = 0, column 0 at x = 0 of map.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
 from rover.mapping.camera_view import CameraView, view_polygon
-from rover.mapping.shadow import obstacle_cover
+from rover.mapping.local_grid import REACH, LocalGrid
+from rover.mapping.look import look_at
+from rover.mapping.rectangle import Rectangle
 from rover.mapping.sonar_cone import cone_update
 from rover.mapping.spot import ClassifiedSpot
-from rover.mapping.thermal_anomaly import anomalies
 from rover.vehicle import SonarMount
 from rover.vision.camera.model import CameraModel
 
-# Log-odds of one frame, their limits, and from where on a cell counts as occupied.
-THERMAL_HIT = 0.7
-THERMAL_FREE = -0.6
-LIMITS = (-2.0, 2.4)
-OCCUPIED = 1.2
-# What is narrower than three cells is a pebble or an edge, not an obstacle.
-SMALLEST = np.ones((3, 3), np.uint8)
-# An echo within three cells of an obstacle that the camera shows is the echo of that obstacle.
-ECHO_SLACK = np.ones((7, 7), np.uint8)
-# A frame that shows plain ground takes this from the sonar layer, where no close echo speaks against it.
-SONAR_FREED = -0.35
-# Echoes nearer than this, metres, outweigh the camera once PERSISTENT of them have come.
+# Echoes nearer than this, metres, count as close.
 CLOSE_ECHO = 0.40
-PERSISTENT = 3
 # A pose less certain than this, metres, still shows the ground but maps obstacles with less weight.
 SURE_POSE = 0.03
-# What is learned, by the names that it has in files.
-LAYERS = {
-    "seen": "seen",
-    "thermal": "thermal",
-    "sonar": "sonar",
-    "temperature": "temperature",
-    "temperature_count": "_count",
-    "close_echoes": "_close",
-}
-# Frames after which the mosaic forgets the first ones.
-MOSAIC_MEMORY = 50
+# Ground so far beyond the area is learned, too: a submap may be moved by as much. Metres.
+BEYOND_M = 0.6
+# A submap is put into the map anew when a corner of what it has learned has moved by this share of a cell.
+MOVED_CELLS = 0.25
+
+AT_HOME = Pose2(0.0, 0.0, 0.0)
+NOBODY = np.iinfo(np.uint16).max
+
+
+@dataclass(eq=False)
+class Piece:
+    """One submap: what it has learned, and its frame's pose in map as it is shown."""
+
+    grid: LocalGrid = field(default_factory=LocalGrid)
+    pose: Pose2 = AT_HOME
 
 
 class SurveyGrid:
-    """Rasters (rows, columns) over an area of width x height metres from map's origin."""
+    """Rasters (rows, columns) over an area of width x height metres from map's origin.
+
+    seen, occupied: bool. thermal: log-odds of an obstacle by the camera. temperature: kelvin, nan where nothing is
+    known. owner: the submap that a cell is shown from.
+    """
 
     def __init__(self, width: float, height: float, resolution: float = 0.02) -> None:
         self.resolution = resolution
         self.shape = (int(np.ceil(height / resolution - 1e-9)), int(np.ceil(width / resolution - 1e-9)))
+        self.area = Rectangle(0, 0, *self.shape)
         self.seen: NDArray[np.bool_] = np.zeros(self.shape, bool)
+        self.occupied: NDArray[np.bool_] = np.zeros(self.shape, bool)
         self.thermal: NDArray[np.float32] = np.zeros(self.shape, np.float32)
-        self.sonar: NDArray[np.float32] = np.zeros(self.shape, np.float32)
         self.temperature: NDArray[np.float32] = np.full(self.shape, np.nan, np.float32)
-        self._count = np.zeros(self.shape, np.uint8)
-        self._close = np.zeros(self.shape, np.uint8)
-        self._near_obstacle: NDArray[np.bool_] = np.zeros(self.shape, bool)
+        self.owner: NDArray[np.uint16] = np.full(self.shape, NOBODY, np.uint16)
+        self._stamp: NDArray[np.uint32] = np.zeros(self.shape, np.uint32)
+        self._limits = self.area.grown(math.ceil(BEYOND_M / resolution))
+        self._pieces = [Piece()]
+        self._active = 0
+        self._now = 0
         self._view: CameraView | None = None
-
-    def layers(self) -> dict[str, NDArray[Any]]:
-        """All that has been learned, by name; rasters (rows, columns)."""
-        return {name: getattr(self, attribute) for name, attribute in LAYERS.items()}
-
-    def restore(self, layers: Mapping[str, NDArray[Any]]) -> None:
-        """Takes over what a grid of the same area had learned. Raises ValueError when it does not fit."""
-        for name, attribute in LAYERS.items():
-            layer = getattr(self, attribute)
-            given = layers.get(name)
-            if given is None or given.shape != layer.shape or given.dtype != layer.dtype:
-                raise ValueError(f"layer {name} does not fit")
-            layer[:] = given
-        self._near_obstacle = cv2.dilate(self._thermal_obstacles(), ECHO_SLACK).astype(bool)
+        # What has changed since somebody asked, by `changes`.
+        self._changed: list[Rectangle] = []
 
     @property
-    def occupied(self) -> NDArray[np.bool_]:
-        """Cells where the camera or the sonar says that something stands."""
-        return self._thermal_obstacles().astype(bool) | (self.sonar > OCCUPIED)
+    def pieces(self) -> list[Piece]:
+        """Of every submap, by number."""
+        return self._pieces
 
-    def _thermal_obstacles(self) -> NDArray[np.uint8]:
-        strong = (self.thermal > OCCUPIED).astype(np.uint8)
-        return np.asarray(cv2.morphologyEx(strong, cv2.MORPH_OPEN, SMALLEST), np.uint8)
+    def changes(self) -> list[Rectangle]:
+        """Where cells may have changed since this was asked last."""
+        changed, self._changed = self._changed, []
+        return changed
 
     def view_polygon(self, camera: CameraModel) -> NDArray[np.float64]:
         """Convex outline (N, 2) in base_link of what `integrate_frame` marks as seen on open ground."""
         return view_polygon(camera)
 
+    def place(self, poses: Sequence[Pose2], active: int) -> None:
+        """Where the submaps lie in map now, and the one that the rover is in; new ones follow those that are known."""
+        while len(self._pieces) < len(poses):
+            self._pieces.append(Piece(pose=poses[len(self._pieces)]))
+        self._active = active
+        moved = [
+            piece for piece, pose in zip(self._pieces, poses, strict=True) if self._shift(piece, pose) > MOVED_CELLS
+        ]
+        if not moved:
+            return
+        anew = np.zeros(self.shape, bool)
+        for piece, pose in zip(self._pieces, poses, strict=True):
+            if piece not in moved:
+                continue
+            for at in (piece.pose, pose):
+                where = piece.grid.window.moved(at, self.resolution).within(self.area)
+                if not where.empty:
+                    anew[where.slices(self.area)] = True
+            piece.pose = pose
+        for where in _strips(anew):
+            self._compose(where)
+
     def integrate_frame(
         self, frame: Frame, camera: CameraModel, pose: Pose2, sigma: float, detections: Sequence[ClassifiedSpot]
     ) -> None:
-        """One frame from `pose`; `sigma`: 1σ of the position in metres; detections of this frame."""
+        """One frame from `pose` in the frame of the submap that the rover is in; detections of this frame.
+
+        sigma: 1σ of the position among the ground around, metres.
+        """
         if self._view is None or self._view.camera is not camera:
             self._view = CameraView(camera, 0.75 * self.resolution)
-        view = self._view
-        # The stub does not know that a map of two channels needs no second map.
-        taken = cv2.remap(frame.kelvin(), view.maps, None, cv2.INTER_LINEAR)  # type: ignore[call-overload]
-        kelvin: NDArray[np.float32] = taken[:, 0]
-        columns, rows = np.floor(pose.transform(view.points.astype(np.float64)) / self.resolution).astype(np.intp).T
-        inside = (rows >= 0) & (columns >= 0) & (rows < self.shape[0]) & (columns < self.shape[1])
-        if not inside.any():
+        look = look_at(frame, self._view, pose, self.resolution, self._limits, detections)
+        if look is None:
             return
-        cover = obstacle_cover(view, detections)
-        strong, weak = anomalies(kelvin)
-        solid = (cover.obstacle & (weak | cover.core)) | (strong & ~cover.explained & ~cover.hidden)
-        shown = ~cover.hidden & ~cover.obstacle & ~solid
-        flat = rows * self.shape[1] + columns
-        # Several points fall into a cell: the cell is what any of its points is.
-        cells_shown = _cells(flat[inside & shown], self.shape)
-        cells_hit = _cells(flat[inside & solid], self.shape)
-        free = cells_shown & ~cells_hit
-        self.seen |= free
-        weight = np.float32(1.0 if sigma <= SURE_POSE else SURE_POSE / sigma)
-        self.thermal[cells_hit] += THERMAL_HIT * weight
-        self.thermal[free] += THERMAL_FREE * weight
-        np.clip(self.thermal, *LIMITS, out=self.thermal)
-        self.sonar[free & (self._close < PERSISTENT) & (self.sonar > 0.0)] += SONAR_FREED * weight
-        self._add_temperature(flat[inside & shown], kelvin[inside & shown])
-        self._near_obstacle = cv2.dilate(self._thermal_obstacles(), ECHO_SLACK).astype(bool)
-
-    def _add_temperature(self, flat: NDArray[np.intp], kelvin: NDArray[np.float32]) -> None:
-        size = self.shape[0] * self.shape[1]
-        number = np.bincount(flat, minlength=size)
-        touched = np.nonzero(number)[0]
-        mean = np.bincount(flat, kelvin, minlength=size)[touched] / number[touched]
-        count = np.minimum(self._count.flat[touched] + 1, MOSAIC_MEMORY).astype(np.uint8)
-        before = np.nan_to_num(self.temperature.flat[touched])
-        self.temperature.flat[touched] = before + (mean - before) / count
-        self._count.flat[touched] = count
+        where = Rectangle.around(look.rows, look.columns)
+        grid = self._begin(where)
+        grid.look(look, 1.0 if sigma <= SURE_POSE else SURE_POSE / sigma, 2 * self._now)
+        self._show(self._active, where.grown(REACH))
 
     def integrate_sonar(self, pose: Pose2, mount: SonarMount, range_m: float | None) -> None:
-        """One ping from `pose`; range_m in metres, None when no echo came back."""
-        update = cone_update(self.shape, self.resolution, pose, mount, range_m, CLOSE_ECHO)
+        """One ping from `pose`, as above; range_m in metres, None when no echo came back."""
+        update = cone_update(self._limits, self.resolution, pose, mount, range_m, CLOSE_ECHO)
         if update is None:
             return
-        at = update.rows, update.columns
-        # Where the camera shows an obstacle in the arc, the echo came from there and says nothing of the rest.
-        near, hit = self._near_obstacle[at], update.change > 0.0
-        change = np.where(hit & ~near, 0.0, update.change) if (near & hit).any() else update.change
-        self.sonar[at] = np.clip(self.sonar[at] + change, *LIMITS)
-        close = self._close[at]
-        self._close[at] = np.where(
-            update.near & (change > 0.4),
-            np.minimum(close + 1, 2 * PERSISTENT),
-            np.where(change < 0.0, np.maximum(close, 1) - 1, close),
+        where = Rectangle.around(update.rows, update.columns)
+        grid = self._begin(where)
+        grid.ping(update, 2 * self._now)
+        self._show(self._active, where)
+
+    def layers(self) -> dict[str, NDArray[Any]]:
+        """All that has been learned, by name: a window and rasters for every submap."""
+        found: dict[str, NDArray[Any]] = {}
+        for number, piece in enumerate(self._pieces):
+            window = piece.grid.window
+            found[f"{number}_window"] = np.array([window.top, window.left, window.bottom, window.right], np.int64)
+            found |= {f"{number}_{name}": layer for name, layer in piece.grid.layers().items()}
+        return found
+
+    def restore(self, layers: Mapping[str, NDArray[Any]], poses: Sequence[Pose2]) -> None:
+        """Takes over what a map of the same area had learned in submaps that lie at `poses`.
+
+        Raises ValueError when it does not fit.
+        """
+        pieces = []
+        for number, pose in enumerate(poses):
+            corners = layers.get(f"{number}_window")
+            if corners is None or corners.shape != (4,) or corners.dtype != np.int64:
+                raise ValueError(f"submap {number} is missing")
+            window = Rectangle(*corners.tolist())
+            if not window.empty and window.within(self._limits.grown(4 * REACH + 128)) != window:
+                raise ValueError(f"submap {number} does not fit")
+            grid = LocalGrid(window)
+            own = {name.removeprefix(f"{number}_"): layer for name, layer in layers.items()
+                   if name.startswith(f"{number}_")}  # fmt: skip
+            grid.restore(own)
+            pieces.append(Piece(grid, pose))
+        self._pieces, self._active = pieces, 0
+        self._now = max((int(piece.grid.stamp.max(initial=0)) + 1) // 2 for piece in pieces)
+        self._compose(self.area)
+
+    def _begin(self, where: Rectangle) -> LocalGrid:
+        """The grid of the rover's submap, ready for a change of `where`, with what others have learned there since."""
+        self._now += 1
+        piece = self._pieces[self._active]
+        piece.grid.cover(where)
+        if len(self._pieces) > 1:
+            self._take_over(piece, where.grown(REACH))
+        return piece.grid
+
+    def _take_over(self, piece: Piece, around: Rectangle) -> None:
+        """Into the rover's submap, within a rectangle of its lattice, what others have learned there since."""
+        grid, resolution = piece.grid, self.resolution
+        own = _age(grid.stamp[around.slices(grid.window)])
+        (rows, columns), inside = _cells_seen_from(around, piece.pose, AT_HOME, self.area, resolution)
+        owners = self.owner[rows, columns]
+        newer = inside & (owners != self._active) & (_age(self._stamp[rows, columns]) > own)
+        for owner in np.unique(owners[newer]).tolist():
+            other = self._pieces[owner]
+            there, known = _cells_seen_from(around, piece.pose, other.pose, other.grid.window, resolution)
+            stamp = other.grid.stamp[there]
+            cells = newer & (owners == owner) & known & (_age(stamp) > own)
+            layers = {name: layer[there] for name, layer in other.grid.layers().items()}
+            # Of what was taken over and what it was taken from, the map shows the latter.
+            layers["stamp"] = 2 * _age(stamp) - np.uint32(1)
+            grid.take_over(around, cells, layers)
+            self._show(self._active, around.grown(REACH))
+
+    def _show(self, number: int, changed: Rectangle) -> None:
+        """Brings the map up to date where one submap has changed within a rectangle of its own lattice."""
+        piece = self._pieces[number]
+        where = changed.moved(piece.pose, self.resolution).within(self.area)
+        if where.empty:
+            return
+        self._merge(number, where)
+        self._changed.append(where)
+
+    def _compose(self, where: Rectangle) -> None:
+        """Puts the map together anew within a rectangle of it."""
+        at = where.slices(self.area)
+        self.owner[at], self._stamp[at] = NOBODY, 0
+        self.seen[at], self.occupied[at], self.thermal[at], self.temperature[at] = False, False, 0.0, np.nan
+        for number, piece in enumerate(self._pieces):
+            common = piece.grid.window.moved(piece.pose, self.resolution).within(where)
+            if not common.empty:
+                self._merge(number, common)
+        self._changed.append(where)
+
+    def _merge(self, number: int, where: Rectangle) -> None:
+        """Shows a submap wherever, within `where`, it has learned last; of two equal ones the elder is shown."""
+        piece = self._pieces[number]
+        grid, at = piece.grid, where.slices(self.area)
+        cells, inside = _cells_seen_from(where, AT_HOME, piece.pose, grid.window, self.resolution)
+        stamp, owner = grid.stamp[cells], self.owner[at]
+        shown = inside & (stamp > 0) & ((stamp > self._stamp[at]) | (owner == number))
+        shown |= inside & (stamp > 0) & (stamp == self._stamp[at]) & (owner > number)
+        if not shown.any():
+            return
+        rows, columns = cells[0][shown], cells[1][shown]
+        self._stamp[at][shown] = stamp[shown]
+        owner[shown] = number
+        self.seen[at][shown] = grid.seen[rows, columns]
+        self.occupied[at][shown] = grid.occupied[rows, columns]
+        self.thermal[at][shown] = grid.thermal[rows, columns]
+        self.temperature[at][shown] = grid.temperature[rows, columns]
+
+    def _shift(self, piece: Piece, pose: Pose2) -> float:
+        """By how many cells a corner of what it has learned moves at most when it goes to `pose`."""
+        if pose == piece.pose or piece.grid.window.empty:
+            piece.pose = pose
+            return 0.0
+        window = piece.grid.window
+        corners = np.array([(x, y) for x in (window.left, window.right) for y in (window.top, window.bottom)], float)
+        corners *= self.resolution
+        apart = pose.transform(corners) - piece.pose.transform(corners)
+        return float(np.hypot(*apart.T).max()) / self.resolution
+
+
+def _age(stamp: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """The same of what was learned and of a copy of it."""
+    age: NDArray[np.uint32] = (stamp + np.uint32(1)) // np.uint32(2)
+    return age
+
+
+def _cells_seen_from(
+    where: Rectangle, own: Pose2, other: Pose2, window: Rectangle, resolution: float
+) -> tuple[tuple[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]:
+    """For each cell of `where`, a rectangle of the lattice at `own`, the cell that its middle has in that at `other`.
+
+    Returns row and column within `window` of that one, clipped to it, and whether it lies in it; all (rows, columns).
+    """
+    if own == other:
+        rows, columns = np.meshgrid(
+            np.arange(where.top, where.bottom), np.arange(where.left, where.right), indexing="ij"
         )
+    else:
+        between = own.relative_to(other)
+        x, y = where.centres(resolution)
+        c, s = math.cos(between.heading), math.sin(between.heading)
+        columns = np.floor((between.x + c * x - s * y) / resolution).astype(np.intp)
+        rows = np.floor((between.y + s * x + c * y) / resolution).astype(np.intp)
+    rows, columns = rows - window.top, columns - window.left
+    height, width = window.shape
+    inside = (rows >= 0) & (columns >= 0) & (rows < height) & (columns < width)
+    return (np.clip(rows, 0, max(height - 1, 0)), np.clip(columns, 0, max(width - 1, 0))), inside
 
 
-def _cells(flat: NDArray[np.intp], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Mask (rows, columns) of the cells with these flat indices."""
-    mask = np.zeros(shape, bool)
-    mask.flat[flat] = True
-    return mask
+def _strips(mask: NDArray[np.bool_]) -> list[Rectangle]:
+    """Rectangles that together hold all cells of a mask, each of at most 64 rows."""
+    found = []
+    for top in range(0, mask.shape[0], 64):
+        strip = mask[top : top + 64]
+        columns = np.flatnonzero(strip.any(axis=0))
+        if len(columns):
+            found.append(Rectangle(top, int(columns[0]), top + len(strip), int(columns[-1]) + 1))
+    return found

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from rover.detection.second_look import likeness, peaks
 from rover.geometry import Pose2
-from rover.mapping.survey_grid import OCCUPIED, SurveyGrid
+from rover.mapping.local_grid import OCCUPIED
+from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.freespace import FreeSpace, keep_off
 from rover.vehicle import Vehicle
 

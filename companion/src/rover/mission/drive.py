@@ -27,6 +27,8 @@ START_LEAD = 0.16
 COMMITTED_REACH = 0.30
 
 
+AT_HOME = Pose2(0.0, 0.0, 0.0)
+
 # Legs of a path nearer to each other than this can't be told apart by the pose, metres.
 SAME_PLACE = 0.03
 
@@ -42,11 +44,17 @@ class Drive:
         self.blocked = False
         self._escape_left = 0.0
         self._last: tuple[float, float] | None = None
+        # Where the map of when the path was planned lies in the map of now: the path moves with its ground.
+        self._moved = AT_HOME
 
     @property
     def path(self) -> NDArray[np.float64]:
         """The polyline (N, 2) that is being driven, in map, its corners round where they are driven round."""
-        return self._path
+        return self._moved.transform(self._path)
+
+    def move(self, shift: Pose2) -> None:
+        """The ground of the path has moved in map by `shift`, and the rover with it: nothing jumps for the wheels."""
+        self._moved = shift.compose(self._moved)
 
     @property
     def restarts(self) -> int:
@@ -66,6 +74,7 @@ class Drive:
         `escape`: metres at its beginning over which it leads out of ground that has become blocked around the rover.
         """
         self._escape_left = escape
+        self._moved = AT_HOME
         self._last = None
         self.blocked = False
         clearance = ClearanceMap.of(space.field(), space.radius) if space is not None else None
@@ -103,7 +112,7 @@ class Drive:
         if self._last is not None:
             self._escape_left -= math.hypot(pose.x - self._last[0], pose.y - self._last[1])
         self._last = (pose.x, pose.y)
-        ahead = skip(remaining(self._path, pose), max(self._escape_left, 0.0))
+        ahead = skip(remaining(self.path, pose), max(self._escape_left, 0.0))
         if space.is_clear(ahead):
             return False
         self.blocked = True
@@ -112,7 +121,8 @@ class Drive:
 
     def step(self, now: float, pose: Pose2) -> tuple[list[Segment], float | None]:
         """Segments to send now, and when a run that begins with them starts."""
-        segments = self._follower.next_segments(now, pose, self.committed)
+        inside = pose if self._moved == AT_HOME else pose.relative_to(self._moved)
+        segments = self._follower.next_segments(now, inside, self.committed)
         if not segments:
             return [], None
         start = max(now + START_LEAD, self.committed.end_time) if segments[0].begin else None

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 SURVEY = "survey.npz"
 WHAT = "survey"
-VERSION = 1
+VERSION = 2
 FILES = (KEYFRAMES, SURVEY)
 
 
@@ -120,7 +120,7 @@ def go_on_from(former: FormerRun, survey: Survey) -> None:
     """
     perception = survey.perception
     try:
-        perception.grid.restore(former.layers)
+        perception.grid.restore(former.layers, former.keyframes.submap_poses)
         survey.coverage.restore(former.looks)
     except ValueError as error:
         raise damaged(former.folder / SURVEY, WHAT) from error
@@ -135,6 +135,7 @@ def go_on_from(former: FormerRun, survey: Survey) -> None:
 def _record(place: Place) -> dict[str, Any]:
     """A place as JSON values."""
     content = asdict(place)
+    del content["anchor"]  # of a time of the run before
     for name, value in content.items():
         if isinstance(value, np.ndarray):
             content[name] = value.tolist()
@@ -157,6 +158,7 @@ def _place(record: dict[str, Any]) -> Place:
         suspected=bool(record["suspected"]),
         indication=bool(record["indication"]),
         looks=int(record["looks"]),
+        submap=int(record["submap"]),
         _evidence=_finite_array(record["_evidence"]),
         _weight=_finite(record["_weight"]),
         _seen_from={(int(a), int(b), int(c)): int(count) for a, b, c, count in record["_seen_from"]},

@@ -10,9 +10,14 @@ be. Its zone begins where the wheels can't reach any more and grows to its full 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
+
+import numpy as np
+
+from rover.detection.place import Anchor
+from rover.geometry import Pose2
 
 # A zone is drawn anew once its place has moved by this much; less is noise of the position.
 REDRAW_DISTANCE = 0.01
@@ -33,11 +38,17 @@ class SuspectedPlace(Protocol):
     def x(self) -> float: ...
     @property
     def y(self) -> float: ...
+    @property
+    def anchor(self) -> Anchor | None: ...
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A disc in map, metres, valid from `since` until `until` (companion clock; None: still valid)."""
+    """A disc in map, metres, valid from `since` until `until` (companion clock; None: still valid).
+
+    anchor: from where its place was seen when it was drawn. The zone lies on the ground as seen from there, whatever
+    becomes of the map: while it is valid both move together, and it is no new zone.
+    """
 
     id: int
     x: float
@@ -45,6 +56,7 @@ class Zone:
     radius: float
     since: float
     until: float | None = None
+    anchor: Anchor | None = None
 
 
 class KeepOut:
@@ -64,6 +76,16 @@ class KeepOut:
     def history(self) -> list[Zone]:
         """Every zone that has been valid at some time, in the order of `since`."""
         return sorted([*self._ended, *self._active.values()], key=lambda zone: (zone.since, zone.id))
+
+    def move(self, shifts: Mapping[int, Pose2]) -> None:
+        """Places have moved in map with the ground that they were seen on, by number; their zones move with them."""
+        for number, shift in shifts.items():
+            zone = self._active.get(number)
+            if zone is None:
+                continue
+            x, y = shift.transform(np.array([[zone.x, zone.y]]))[0].tolist()
+            anchor = zone.anchor and Anchor(zone.anchor.time, shift.compose(zone.anchor.pose))
+            self._active[number] = replace(zone, x=x, y=y, anchor=anchor)
 
     def update(
         self,
@@ -93,7 +115,8 @@ class KeepOut:
                 if moved < REDRAW_DISTANCE and zone.radius >= self._radius:
                     continue
                 self._ended.append(replace(zone, until=now))
-            self._active[place.id] = Zone(place.id, place.x, place.y, max(radius, MINE_RADIUS_M), now)
+            radius = max(radius, MINE_RADIUS_M)
+            self._active[place.id] = Zone(place.id, place.x, place.y, radius, now, anchor=place.anchor)
             changed = True
         for identifier in [key for key in self._active if key not in seen]:
             self._ended.append(replace(self._active.pop(identifier), until=now))

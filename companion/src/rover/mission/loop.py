@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from rover.detection.place import Anchor
 from rover.errors import BadInput, LinkLost, PreflightFailed, SafetyStop
 from rover.link.firmware_document import firmware_document
 from rover.link.rig import Rig
@@ -72,6 +73,14 @@ class Status:
     waits_for: str = ""
 
 
+def _anchored(anchor: Anchor | None) -> dict[str, Any]:
+    """From where something was seen: time, and the rover's pose as the map has it."""
+    if anchor is None:
+        return {}
+    x, y, heading = anchor.pose.x, anchor.pose.y, anchor.pose.heading
+    return {"anchor": {"t": anchor.time, "x": x, "y": y, "heading": heading}}
+
+
 class MissionLoop:
     """The loop of one mission over one link."""
 
@@ -124,11 +133,19 @@ class MissionLoop:
     def judge(self) -> dict[str, Any] | None:
         """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version."""
         zones = [
-            {"t": zone.since, "until": zone.until, "id": zone.id, "x": zone.x, "y": zone.y, "r": zone.radius}
+            {
+                "t": zone.since,
+                "until": zone.until,
+                "id": zone.id,
+                "x": zone.x,
+                "y": zone.y,
+                "r": zone.radius,
+                **_anchored(zone.anchor),
+            }
             for zone in self.survey.perception.keepout.history
         ]
         detections = [
-            {"id": place.id, "class": place.kind, "x": place.x, "y": place.y}
+            {"id": place.id, "class": place.kind, "x": place.x, "y": place.y, **_anchored(place.anchor)}
             for place in self.survey.perception.indications
         ]
         self.journal.event(VERDICT_ASKED, self.rig.now(), {"zones": zones, "detections": detections})

@@ -25,7 +25,8 @@ from rover.mission.keepout import KeepOut
 from rover.vehicle import Vehicle
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap
-from rover.vision.localization.localizer import Fix, Localizer, LocalizerSettings
+from rover.vision.localization.localizer import Fix, Localizer
+from rover.vision.localization.settings import LocalizerSettings
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
@@ -78,6 +79,10 @@ class Perception:
         self._moving = False
         self._shown = self._shown_before = 0  # frames that showed ground: the shutter open, the place known
         self._footprint = self.grid.view_polygon(camera)
+        # How the submaps lay in map when they were looked at last, and in which of them the rover was.
+        self._submaps = list(self.localizer.atlas.graph.poses)
+        self._submap = self.localizer.atlas.active
+        self._shift: Pose2 | None = None
 
     @property
     def pose(self) -> Pose2:
@@ -151,7 +156,7 @@ class Perception:
                 self._moving = max(abs(left), abs(right)) * scale > STANDING
             self._counts = (event.left_counts, event.right_counts)
         elif isinstance(event, SonarRange) and event.status != SonarStatus.DEAD:
-            pose = self.localizer.pose_at(event.time)
+            pose = self.localizer.inside(self.localizer.pose_at(event.time))
             self.grid.integrate_sonar(pose, self.vehicle.sonars[event.sensor], event.range_m)
         elif isinstance(event, Battery):
             self.battery = event
@@ -160,6 +165,7 @@ class Perception:
         """One frame: where was it taken, what does it show? True when the map has changed."""
         self.frames += 1
         self.last_fix = self.localizer.observe(frame)
+        self._follow_submaps()
         if self.last_fix.accepted:
             self.fixes += 1
         elif not frame.ffc:
@@ -172,12 +178,38 @@ class Perception:
         pose = self.localizer.pose_at(frame.time)
         image = self._rectifier.rectify(frame)
         detections = detect(image, self._classifier, DetectSettings())
-        self.grid.integrate_frame(frame, self.camera, pose, self.relative_sigma, detections)
-        self.evidence.update(detections, pose, self.localizer.covariance, frame.time)
+        self.grid.integrate_frame(frame, self.camera, self.localizer.inside(pose), self.relative_sigma, detections)
+        self.evidence.update(detections, pose, self.localizer.covariance, frame.time, self._submap)
         here = self.pose
         reach = self.vehicle.wheel_reach + (BRAKING if self._moving else 0.0)
         self.keepout.update(self.avoided, now, (here.x, here.y), reach)
         return True
+
+    def shift(self) -> Pose2 | None:
+        """How the ground around the rover has moved in map since this was asked last; None when it has not."""
+        shift, self._shift = self._shift, None
+        return shift
+
+    def _follow_submaps(self) -> None:
+        """What was seen from a submap goes where that has gone."""
+        atlas = self.localizer.atlas
+        poses, before = atlas.graph.poses, self._submaps
+        if (len(poses), atlas.active) == (len(before), self._submap) and poses[: len(before)] == before:
+            return
+        shifts = {
+            number: new.compose(old.inverse())
+            for number, (old, new) in enumerate(zip(before, poses, strict=False))
+            if new != old
+        }
+        if shifts:
+            homes = {place.id: place.submap for place in self.evidence.places}
+            self.evidence.move(shifts)
+            self.keepout.move({place: shifts[home] for place, home in homes.items() if home in shifts})
+        if self._submap in shifts:
+            former = self._shift or Pose2(0.0, 0.0, 0.0)
+            self._shift = shifts[self._submap].compose(former)
+        self._submaps, self._submap = list(poses), atlas.active
+        self.grid.place(poses, atlas.active)
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:
         """Cells that a frame from this pose would show on open ground, (rows, columns)."""

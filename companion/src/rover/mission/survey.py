@@ -164,6 +164,10 @@ class Survey:
         mapped = False
         for frame in frames:
             mapped = self.perception.see(frame, now) or mapped
+            shift = self.perception.shift()
+            if shift is not None:
+                self.drive.move(shift)
+                self._target = self._target and self._target.moved(shift)
         self.caution.drive(self.perception.pose, self.vehicle)
         if mapped:
             self.goals.update(self.perception.suspected)

@@ -6,7 +6,7 @@ Pure: the same map, pose and seed give the same decision.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,10 @@ class Target:
     pose: Pose2
     goal: Goal | None
     gain_m2: float
+
+    def moved(self, shift: Pose2) -> Target:
+        """The same once its ground has moved in map by `shift`."""
+        return replace(self, pose=shift.compose(self.pose))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Keyframes: what the ground looked like from poses that are kept, and which of them to look at now.
 
 The oldest keyframe that still overlaps is preferred: its pose has drifted least, so the error depends on where the
-rover is and not on how far it has driven. Their number is bounded; the one most covered by others goes.
+rover is and not on how far it has driven.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Keyframe:
 class KeyframeSettings:
     """enough: a keyframe this much of whose view is shared may be used. sparse: below it a new one is due.
 
-    limit: how many are kept. tries: how many are looked at for one frame.
+    limit: how many one submap holds. tries: how many are looked at for one frame.
     """
 
     enough: float = 0.45
@@ -43,7 +43,7 @@ class KeyframeSettings:
 
 @dataclass
 class KeyframeStore:
-    """All keyframes, oldest first; index i belongs to keyframe i of the filter's state."""
+    """All keyframes of a submap, oldest first; index i belongs to keyframe i of its filter's state."""
 
     camera: CameraModel
     settings: KeyframeSettings
@@ -55,8 +55,6 @@ class KeyframeStore:
         uv = np.column_stack(((u.ravel() + 0.5) * w / 6.0, (v.ravel() + 0.5) * h / 5.0))
         ground = self.camera.pixel_to_ground(uv)
         self._samples = ground[np.isfinite(ground).all(axis=1)]
-        # Share of the view of one (row) that another (column) has, as it was when the newer of the two was added.
-        self._shared = np.zeros((0, 0))
         self._stacked: tuple[list[Keyframe], NDArray[np.float32], NDArray[np.intp]] | None = None
 
     def __len__(self) -> int:
@@ -64,8 +62,8 @@ class KeyframeStore:
 
     def votes(self, asked: NDArray[np.uint8], bits: float) -> NDArray[np.intp]:
         """How many descriptors (N, 32) have their nearest of all in each keyframe, within `bits`; (K,)."""
-        # Stacked anew only when keyframes have come or gone: most frames never ask.
-        if self._stacked is None or self._stacked[0] != self.frames:
+        # Stacked anew only when keyframes have come: most frames never ask.
+        if self._stacked is None or len(self._stacked[0]) != len(self.frames):
             owner = np.repeat(np.arange(len(self.frames)), [len(frame.descriptors) for frame in self.frames])
             everything = signs(np.concatenate([frame.descriptors for frame in self.frames]))
             self._stacked = (list(self.frames), everything, owner)
@@ -75,21 +73,13 @@ class KeyframeStore:
         close = agreement[np.arange(len(asked)), nearest] >= BITS - 2.0 * bits
         return np.bincount(owner[nearest[close]], minlength=len(self.frames))
 
-    def add(self, frame: Keyframe, poses: Points) -> None:
-        """Appends a keyframe; poses: (K + 1, 3), its own last."""
-        count = len(self.frames)
-        shared = np.zeros((count + 1, count + 1))
-        shared[:count, :count] = self._shared
-        newest = np.repeat(poses[-1:], count, axis=0)
-        shared[count, :count] = self._overlap(newest, poses[:-1])
-        shared[:count, count] = self._overlap(poses[:-1], newest)
-        self._shared = shared
+    def add(self, frame: Keyframe) -> None:
+        """Appends a keyframe."""
         self.frames.append(frame)
 
-    def drop(self, index: int) -> None:
-        """Forgets a keyframe; those after it move up by one."""
-        del self.frames[index]
-        self._shared = np.delete(np.delete(self._shared, index, 0), index, 1)
+    def forget_votes(self) -> None:
+        """Frees what `votes` has stacked up: 30 MB for a full submap."""
+        self._stacked = None
 
     def overlap(self, pose: Points, others: Points) -> Points:
         """Share of the ground seen from `pose` (3,) that is also seen from each of `others` (K, 3); (K,)."""
@@ -120,9 +110,3 @@ class KeyframeStore:
         if best not in chosen:
             chosen[-1 if len(chosen) == self.settings.tries else len(chosen) :] = [best]
         return chosen
-
-    def redundant(self) -> int:
-        """The keyframe that another covers best, the newer of equals; never the first."""
-        covered = self._shared.max(axis=1)
-        covered[0] = 0.0
-        return len(covered) - 1 - int(covered[::-1].argmax())

@@ -11,69 +11,26 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
-from rover.vehicle import STANDARD
 from rover.vision.camera.model import CameraModel
+from rover.vision.localization.atlas import Atlas
 from rover.vision.localization.keyframe_map import KeyframeMap
-from rover.vision.localization.keyframes import Keyframe, KeyframeSettings, KeyframeStore
+from rover.vision.localization.keyframes import Keyframe, KeyframeStore
 from rover.vision.localization.motion_history import MotionHistory
-from rover.vision.localization.motion_model import FreeMotionNoise, MotionNoise, advance, advance_freely
+from rover.vision.localization.motion_model import advance, advance_freely
 from rover.vision.localization.observation import Mark, Observation, Observer, no_mark
-from rover.vision.localization.placement import Placement, PlacementSettings, place, search_area
-from rover.vision.localization.pose_filter import Moved, PoseFilter
-from rover.vision.localization.relocation import Proposal, RelocationSettings, propose, same_place
-from rover.vision.registration.features import FeatureSettings
-from rover.vision.registration.preprocess import PreprocessSettings
+from rover.vision.localization.placement import Placement, place, search_area
+from rover.vision.localization.pose_filter import Moved, PoseFilter, difference
+from rover.vision.localization.relocation import Proposal, convincing, propose, same_place
+from rover.vision.localization.settings import NOWHERE, LocalizerSettings
 
 Array = NDArray[np.float64]
-
-# 1σ of x, y (m) and heading (rad) while the place is not known at all: more than any field that is mapped.
-NOWHERE = (10.0, 10.0, 3.0)
-
-
-@dataclass(frozen=True)
-class LocalizerSettings:
-    """motion: what moves the pose between frames, the wheels or nothing but frames.
-
-    gate: squared Mahalanobis distance up to which a pose is believed (99.9 % of three degrees of freedom).
-    floor: 1σ of x, y (m) and heading (rad) that no single frame is better than. blur: the same of a keyframe's own
-    features, shared by all fixes against it; blur_alone: without wheels that hold keyframes together.
-    doubt: the same, added for each frame that contradicts what is believed.
-    lost_after: contradicting frames in a row after which the rover counts as lost.
-    """
-
-    motion: Literal["wheels", "frames"] = "wheels"
-    track_width: float = STANDARD.track_width
-    gate: float = 16.3
-    floor: tuple[float, float, float] = (0.0015, 0.0015, 0.0017)
-    blur: tuple[float, float, float] = (0.0022, 0.0022, 0.0038)
-    blur_alone: tuple[float, float, float] = (0.005, 0.005, 0.0085)
-    doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
-    lost_after: int = 3
-    max_lag: float = 1.0
-    preprocess: PreprocessSettings = field(default_factory=lambda: PreprocessSettings(gaussian_sigma=0.7))
-    features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=160, levels=1, surplus=2))
-    keyframe_features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=400, levels=1, surplus=2))
-    placement: PlacementSettings = field(default_factory=PlacementSettings)
-    relocation: RelocationSettings = field(default_factory=RelocationSettings)
-    keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
-    noise: MotionNoise = field(default_factory=MotionNoise)
-    free_noise: FreeMotionNoise = field(default_factory=FreeMotionNoise)
-
-    @property
-    def motion_sigma(self) -> tuple[float, float]:
-        """Standard deviations of the two numbers of motion while nothing is known."""
-        if self.motion == "wheels":
-            return self.noise.slip_start, self.noise.slip_start
-        return self.free_noise.speed, self.free_noise.turn
-
 
 @dataclass(frozen=True)
 class Fix:
@@ -108,8 +65,7 @@ class Localizer:
         self.settings = s = settings or LocalizerSettings()
         self.camera = camera
         self.odometry_only = start
-        self.keyframes = KeyframeStore(camera, s.keyframes)
-        self.filter = PoseFilter(start, start_sigma, s.motion_sigma)
+        self.atlas = Atlas(camera, s.keyframes, start, start_sigma, s.motion_sigma)
         self._history = MotionHistory()
         self._observer = Observer(camera, s.preprocess, s.features, s.keyframe_features)
         self._mark = mark
@@ -117,21 +73,38 @@ class Localizer:
         self._front = self._at_filter()
         # Keyframes that show the ground around the rover, as of the last frame.
         self._near: list[int] = []
-        self._past: deque[tuple[float, Array]] = deque(maxlen=100)
+        # Time, submap, and pose (3,) in that submap.
+        self._past: deque[tuple[float, int, Array]] = deque(maxlen=100)
         self._contradicted = 0
         self._proposal: Proposal | None = None
+        self._asked = 0
         self._placed = known is None
         if known is not None:
             self._begin_lost(known)
 
     @property
+    def filter(self) -> PoseFilter:
+        """Of the submap that the rover is in, in that submap's frame."""
+        return self.atlas.here.filter
+
+    @property
+    def keyframes(self) -> KeyframeStore:
+        """Of the submap that the rover is in."""
+        return self.atlas.here.keyframes
+
+    @property
     def pose(self) -> Pose2:
         """The newest pose in map."""
-        return _pose(self._front.robot)
+        return self._in_map(_pose(self._front.robot))
 
     @property
     def covariance(self) -> Array:
         """(3, 3) of x, y, heading of the newest pose in map: it grows with the way from the launch."""
+        inside = self._front_covariance
+        return self.atlas.graph.lifted(self.atlas.active, _pose(self._front.robot), inside)[1]
+
+    @property
+    def _front_covariance(self) -> Array:
         moved = self._front
         covariance: Array = (moved.jacobian @ self.filter.robot_covariance @ moved.jacobian.T + moved.added)[:3, :3]
         return covariance
@@ -144,7 +117,7 @@ class Localizer:
         mapped there was mapped from it. Before the first keyframe it is that of the pose in map.
         """
         found = [self.filter.relative_covariance(index, self._front) for index in self._near]
-        return min(found, key=lambda one: float(one[0, 0] + one[1, 1]), default=self.covariance)
+        return min(found, key=lambda one: float(one[0, 0] + one[1, 1]), default=self._front_covariance)
 
     @property
     def lost(self) -> bool:
@@ -154,15 +127,10 @@ class Localizer:
     @property
     def map(self) -> KeyframeMap:
         """All keyframes as they are believed to lie, for a next run."""
-        return KeyframeMap(
-            list(self.keyframes.frames), self.filter.keyframe_poses().copy(), self.filter.keyframe_covariance
-        )
+        return self.atlas.map
 
     def _begin_lost(self, known: KeyframeMap) -> None:
-        self.filter.doubt(NOWHERE)
-        self.filter.add_known(known.poses, known.covariance)
-        for count, frame in enumerate(known.frames, start=1):
-            self.keyframes.add(frame, known.poses[:count])
+        self.atlas.restore(known, self.settings.motion_sigma, NOWHERE)
         self._contradicted = self.settings.lost_after
         self._catch_up()
 
@@ -193,15 +161,19 @@ class Localizer:
                 robot, _, _ = advance_freely(robot, time - self._filter_time, self.settings.free_noise)
             for travel in self._history.until(time):
                 robot, _, _ = self._advance(robot, travel.left, travel.right)
-            return _pose(robot)
-        later = (self._filter_time, self.filter.mean[:3])
-        for earlier in reversed(self._past):
-            if earlier[0] <= time:
-                span = later[0] - earlier[0]
-                share = (time - earlier[0]) / span if span > 0.0 else 0.0
-                return _pose(earlier[1][:3] + share * (later[1][:3] - earlier[1][:3]))
+            return self._in_map(_pose(robot))
+        later = (self._filter_time, self._in_map(_pose(self.filter.mean)))
+        for at, submap, state in reversed(self._past):
+            earlier = (at, self.atlas.graph.poses[submap].compose(_pose(state)))
+            if at <= time:
+                span = later[0] - at
+                return _between(earlier[1], later[1], (time - at) / span if span > 0.0 else 0.0)
             later = earlier
-        return _pose(later[1])
+        return later[1]
+
+    def inside(self, pose: Pose2) -> Pose2:
+        """A pose in map, in the frame of the submap that the rover is in."""
+        return pose.relative_to(self.atlas.graph.poses[self.atlas.active])
 
     def observe(self, frame: Frame) -> Fix:
         """Takes one frame, exposed at `frame.time`. What is refused leaves the pose to the wheels."""
@@ -234,6 +206,12 @@ class Localizer:
             if fix.accepted:
                 break
         unknown = overlap.max() < self.settings.keyframes.enough
+        due = overlap.max() < self.settings.keyframes.sparse
+        if due and (fix.accepted or (unknown and self._placed and not self.lost)):
+            back = self._return(time, seen)
+            if back is not None:
+                self._contradicted, self._proposal = 0, None
+                return back
         if fix.accepted:
             self._contradicted, self._proposal = 0, None
         else:
@@ -241,7 +219,7 @@ class Localizer:
             waits = self._proposal is not None or self.lost or self.settings.motion == "frames"
             if not fix.accepted and unknown and not waits:
                 fix = replace(fix, reason="new ground: placed by the wheels", keyframe=True)
-        if fix.keyframe or (fix.accepted and overlap.max() < self.settings.keyframes.sparse):
+        if fix.keyframe or (fix.accepted and due and fix.reason != "relocated"):
             self._keep(time)
             return replace(fix, keyframe=True)
         return fix
@@ -259,23 +237,37 @@ class Localizer:
         believed = self.filter.update(index, made.found.pose, noise, s.gate)
         return self._fix(time, believed, "" if believed else "contradicts the wheels", seen, made, index)
 
+    def _return(self, time: float, seen: Observation) -> Fix | None:
+        """Ground that this submap does not know: does another one know it? Then the rover goes over into that one."""
+        s = self.settings
+        for known in self.atlas.elsewhere()[: s.keyframes.tries]:
+            keyframe = self.atlas.submaps[known.submap].keyframes.frames[known.index]
+            area = search_area(known.expected, known.covariance, s.placement)
+            made = place(seen, keyframe, self.camera, area, s.placement, self._mark)
+            if made.found is None or not convincing(made, s.relocation):
+                continue
+            noise = made.found.covariance + np.diag(np.square(s.floor))
+            off = difference(made.found.pose, known.expected)
+            if float(off @ np.linalg.solve(known.covariance + noise, off)) > s.gate:
+                continue
+            self.atlas.enter(known.submap, known.index, made.found.pose, noise, sure=True)
+            return self._fix(time, True, "in another submap", seen, made, known.index)
+        return None
+
     def _relocate(self, time: float, seen: Observation, refused: Fix) -> Fix:
         """After a frame that fits nothing expected: do the keyframes know its place, and did the last frame say so?"""
         s = self.settings
         blind = (0.0, 0.0) if s.motion == "wheels" else (s.noise.uncovered_speed, s.noise.uncovered_turn)
-        poses = self.filter.keyframe_poses()
-        proposal = propose(
-            time, seen, self.keyframes, poses, self.filter.pose, self.camera, s.placement, s.relocation, self._mark
-        )
+        proposal = self._propose(time, seen)
         former, self._proposal = self._proposal, proposal
         if proposal is not None and former is not None and same_place(former, proposal, *blind, s.relocation):
             self._contradicted, self._proposal = 0, None
             if s.motion == "frames":
                 self.filter.stop(s.motion_sigma)
             noise = proposal.found.covariance + np.diag(np.square(s.floor))
-            self.filter.relocate(proposal.index, proposal.found.pose, noise)
+            self.atlas.enter(proposal.submap, proposal.index, proposal.found.pose, noise, sure=False)
             if not self._placed:
-                self._placed, self.odometry_only = True, self.filter.pose
+                self._placed, self.odometry_only = True, self._in_map(self.filter.pose)
             made = Placement(proposal.matches, proposal.found)
             return self._fix(time, True, "relocated", seen, made, proposal.index)
         if proposal is not None or refused.reason != "new ground" or s.motion == "frames":
@@ -283,20 +275,51 @@ class Localizer:
             self.filter.doubt(s.doubt)
         return refused
 
+    def _propose(self, time: float, seen: Observation) -> Proposal | None:
+        """A place in this submap or, once the rover is lost, in one other for each frame; again where the last was."""
+        s, atlas = self.settings, self.atlas
+        asked = [atlas.active]
+        if self._proposal is not None:
+            asked = [self._proposal.submap]
+        elif self.lost and len(atlas.submaps) > 1:
+            self._asked = (self._asked + 1) % len(atlas.submaps)
+            asked = sorted({atlas.active, self._asked}, key=lambda number: number != atlas.active)
+        for number in asked:
+            submap = atlas.submaps[number]
+            proposal = propose(
+                time,
+                seen,
+                (number, submap.keyframes),
+                submap.filter.keyframe_poses(),
+                self.filter.pose,
+                self.camera,
+                s.placement,
+                s.relocation,
+                self._mark,
+            )
+            if number != atlas.active:
+                submap.keyframes.forget_votes()
+            if proposal is not None:
+                return proposal
+        return None
+
     def _keep(self, time: float) -> None:
         seen = self._observer.look_closer()
-        if len(self.keyframes) >= self.settings.keyframes.limit:
-            index = self.keyframes.redundant()
-            self.filter.drop_keyframe(index)
-            self.keyframes.drop(index)
+        (a, b), (_, d) = self.filter.pose_covariance[:2, :2].tolist()
+        vague = 0.5 * (a + d) + math.hypot(0.5 * (a - d), b) > self.settings.rigid**2
+        if len(self.keyframes) >= self.settings.keyframes.limit or (vague and len(self.keyframes)):
+            self.atlas.begin()
         blur = self.settings.blur if self.settings.motion == "wheels" else self.settings.blur_alone
         self.filter.add_keyframe(np.diag(np.square(blur)))
-        self.keyframes.add(Keyframe(seen.ground, seen.descriptors, seen.pixel_m, time), self.filter.keyframe_poses())
+        self.keyframes.add(Keyframe(seen.ground, seen.descriptors, seen.pixel_m, time))
         self._mark("keyframe")
+
+    def _in_map(self, inside: Pose2) -> Pose2:
+        return self.atlas.graph.poses[self.atlas.active].compose(inside)
 
     def _fix(self, time: float, accepted: bool, reason: str, seen: Observation, made: Placement, index: int) -> Fix:
         assert made.found is not None
-        at = self.filter.keyframe_pose(index).compose(made.found.pose)
+        at = self._in_map(self.filter.keyframe_pose(index).compose(made.found.pose))
         count, residual = made.found.count, made.found.residual_px
         return Fix(time, accepted, reason, len(seen), made.matches, count, residual, at.x, at.y, at.heading)
 
@@ -305,7 +328,7 @@ class Localizer:
 
     def _move_filter(self, time: float) -> None:
         """The filter up to `time` by all wheel reports until then; what none covers adds uncertainty."""
-        self._past.append((self._filter_time, self.filter.mean[:3].copy()))
+        self._past.append((self._filter_time, self.atlas.active, self.filter.mean[:3].copy()))
         if self.settings.motion == "frames":
             if math.isfinite(self._filter_time):
                 self.filter.propagate(*advance_freely(self.filter.mean[:5], time - self._filter_time,
@@ -351,3 +374,12 @@ class Localizer:
 
 def _pose(state: Array) -> Pose2:
     return Pose2(float(state[0]), float(state[1]), wrap_angle(float(state[2])))
+
+
+def _between(earlier: Pose2, later: Pose2, share: float) -> Pose2:
+    turn = wrap_angle(later.heading - earlier.heading)
+    return Pose2(
+        earlier.x + share * (later.x - earlier.x),
+        earlier.y + share * (later.y - earlier.y),
+        wrap_angle(earlier.heading + share * turn),
+    )

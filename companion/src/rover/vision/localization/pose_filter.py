@@ -62,6 +62,18 @@ class PoseFilter:
         covariance: Array = self.covariance[:ROBOT, :ROBOT].copy()
         return covariance
 
+    @property
+    def pose_covariance(self) -> Array:
+        """(3, 3) of x, y, heading."""
+        covariance: Array = self.covariance[:POSE, :POSE].copy()
+        return covariance
+
+    def covariance_of(self, index: int) -> Array:
+        """(3, 3) of a keyframe's x, y, heading."""
+        at = ROBOT + POSE * index
+        covariance: Array = self.covariance[at : at + POSE, at : at + POSE].copy()
+        return covariance
+
     def keyframe_pose(self, index: int) -> Pose2:
         """The present estimate of a keyframe's pose in the map."""
         at = ROBOT + POSE * index
@@ -108,13 +120,6 @@ class PoseFilter:
         grown[size:, size:] = covariance
         self.mean, self.covariance = np.concatenate((self.mean, poses.ravel())), grown
 
-    def drop_keyframe(self, index: int) -> None:
-        """Forgets a keyframe; those after it move up by one."""
-        at = ROBOT + POSE * index
-        keep = np.r_[0:at, at + POSE : len(self.mean)]
-        self.mean = self.mean[keep]
-        self.covariance = self.covariance[np.ix_(keep, keep)]
-
     def expected_fix(self, index: int) -> tuple[Pose2, Array, Array]:
         """The rover's pose in the frame of a keyframe: mean, covariance (3, 3), Jacobian (3, size of the state)."""
         at = ROBOT + POSE * index
@@ -147,8 +152,8 @@ class PoseFilter:
     def innovation(self, index: int, fix: Pose2, noise: Array) -> tuple[Array, float]:
         """Fix minus expectation (3,), and its squared Mahalanobis length (chi-square, three degrees)."""
         relative, expected, _ = self.expected_fix(index)
-        difference = _difference(fix, relative)
-        return difference, float(difference @ np.linalg.solve(expected + noise, difference))
+        off = difference(fix, relative)
+        return off, float(off @ np.linalg.solve(expected + noise, off))
 
     def update(self, index: int, fix: Pose2, noise: Array, gate: float = math.inf) -> bool:
         """Takes a fix in: the rover was seen at `fix` in the keyframe's frame, with covariance `noise` (3, 3).
@@ -156,13 +161,13 @@ class PoseFilter:
         False, and nothing is changed, where the squared Mahalanobis length of the innovation exceeds `gate`.
         """
         relative, expected, jacobian = self.expected_fix(index)
-        difference = _difference(fix, relative)
+        off = difference(fix, relative)
         by_jacobian = jacobian @ self.covariance
-        solved = np.linalg.solve(expected + noise, np.column_stack((difference, by_jacobian)))
-        if float(difference @ solved[:, 0]) > gate:
+        solved = np.linalg.solve(expected + noise, np.column_stack((off, by_jacobian)))
+        if float(off @ solved[:, 0]) > gate:
             return False
         gain = solved[:, 1:].T
-        self.mean = self.mean + gain @ difference
+        self.mean = self.mean + gain @ off
         self.covariance -= gain @ by_jacobian
         self.covariance = 0.5 * (self.covariance + self.covariance.T)
         return True
@@ -177,6 +182,13 @@ class PoseFilter:
         self.covariance[POSE:ROBOT, :] = 0.0
         self.covariance[:, POSE:ROBOT] = 0.0
         self.covariance[POSE:ROBOT, POSE:ROBOT] = np.diag(np.square(sigma))
+
+    def take_motion(self, other: PoseFilter) -> None:
+        """Takes over from the filter of another submap how the rover moves; nothing of where it is."""
+        self.mean[POSE:ROBOT] = other.mean[POSE:ROBOT]
+        self.covariance[POSE:ROBOT, :] = 0.0
+        self.covariance[:, POSE:ROBOT] = 0.0
+        self.covariance[POSE:ROBOT, POSE:ROBOT] = other.covariance[POSE:ROBOT, POSE:ROBOT]
 
     def relocate(self, index: int, fix: Pose2, noise: Array) -> None:
         """Places the rover by a fix alone: what was believed about its pose is dropped, all else stays."""
@@ -197,5 +209,6 @@ def relative_pose(pose: Pose2, key: Pose2) -> tuple[Pose2, Array, Array]:
     return relative, of_pose, of_key
 
 
-def _difference(fix: Pose2, expected: Pose2) -> Array:
+def difference(fix: Pose2, expected: Pose2) -> Array:
+    """`fix` minus `expected`, (3,), the heading wrapped."""
     return np.array([fix.x - expected.x, fix.y - expected.y, wrap_angle(fix.heading - expected.heading)])

@@ -18,7 +18,7 @@ from rover.vision.camera.model import CameraModel
 from rover.vision.localization.ground_pose import GroundPose
 from rover.vision.localization.keyframes import KeyframeStore
 from rover.vision.localization.observation import Mark, Observation, no_mark
-from rover.vision.localization.placement import PlacementSettings, place
+from rover.vision.localization.placement import Placement, PlacementSettings, place
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,13 @@ class RelocationSettings:
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """The rover was seen at `found` in the frame of keyframe `index`; place: the same in map, at `time`.
+    """The rover was seen at `found` in the frame of keyframe `index`; place: the same in the frame of that submap.
 
     travelled: where the wheels (or whatever predicts motion) had the rover at that time, in a frame of their own.
     """
 
     time: float
+    submap: int
     index: int
     found: GroundPose
     matches: int
@@ -59,7 +60,7 @@ class Proposal:
 def propose(
     time: float,
     seen: Observation,
-    keyframes: KeyframeStore,
+    known: tuple[int, KeyframeStore],
     poses: NDArray[np.float64],
     travelled: Pose2,
     camera: CameraModel,
@@ -67,7 +68,11 @@ def propose(
     settings: RelocationSettings,
     mark: Mark = no_mark,
 ) -> Proposal | None:
-    """The place that the frame shows, if the keyframes know it; poses: theirs in map, (K, 3)."""
+    """The place that the frame shows, if a submap knows it.
+
+    known: the submap's number and its keyframes; poses: theirs in its frame, (K, 3).
+    """
+    submap, keyframes = known
     # Every third feature or so: they come in the order of their place in the picture.
     every = max(1, math.ceil(len(seen) / settings.voters))
     votes = keyframes.votes(seen.descriptors[::every], settings.vote_bits)
@@ -75,18 +80,26 @@ def propose(
     for index in np.argsort(-votes, kind="stable")[: settings.asked].tolist():
         made = place(seen, keyframes.frames[index], camera, None, placement, mark)
         found = made.found
-        if found is None or found.count < settings.inliers or found.count < settings.share * made.matches:
-            continue
-        if made.extent < settings.extent or (best is not None and found.count <= best.found.count):
+        if found is None or not convincing(made, settings) or (best is not None and found.count <= best.found.count):
             continue
         at = Pose2(*poses[index].tolist()).compose(found.pose)
-        best = Proposal(time, index, found, made.matches, at, travelled)
+        best = Proposal(time, submap, index, found, made.matches, at, travelled)
     return best
+
+
+def convincing(made: Placement, settings: RelocationSettings) -> bool:
+    """True when enough matches agree, over enough ground, that no single hot stone can be behind it."""
+    found = made.found
+    if found is None or found.count < settings.inliers or found.count < settings.share * made.matches:
+        return False
+    return made.extent >= settings.extent
 
 
 def same_place(a: Proposal, b: Proposal, blind_speed: float, blind_turn: float, settings: RelocationSettings) -> bool:
     """True when `b` is where `a` and the motion between them say; blind_*: motion that nothing has measured."""
     apart = b.time - a.time
+    if a.submap != b.submap:
+        return False
     if not 0.0 < apart <= settings.memory:
         return False
     expected = a.place.compose(b.travelled.relative_to(a.travelled))

@@ -19,8 +19,9 @@ from rover.geometry import Pose2
 from rover.vision.camera.model import CameraModel
 from rover.vision.camera.pose import CameraPose
 from rover.vision.localization.keyframe_map import KeyframeMap
-from rover.vision.localization.localizer import Localizer, LocalizerSettings
+from rover.vision.localization.localizer import Localizer
 from rover.vision.localization.motion_model import FreeMotionNoise
+from rover.vision.localization.settings import LocalizerSettings
 
 # The first frame defines the map.
 START_SIGMA = (1e-4, 1e-4, 1e-4)

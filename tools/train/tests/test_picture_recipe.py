@@ -75,6 +75,7 @@ def test_a_label_counts_for_half_and_the_answers_for_the_rest() -> None:
     assert learned[3] == pytest.approx([0.0, 1.2, 1.8]), "without a label: as ground counts, by the answers alone"
 
 
+@pytest.mark.slow
 def test_the_second_opinion_is_half_the_networks_and_the_same_each_time() -> None:
     some = samples()
     some.round[:] = 0

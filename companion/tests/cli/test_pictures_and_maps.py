@@ -107,7 +107,7 @@ def test_boxes_lie_where_the_spot_is_on_disk(rover, tmp_path, metres_per_pixel):
     kelvin[np.hypot(rows - 50, columns - 90) * metres_per_pixel < 0.08] += 4.0
     file = tmp_path / "ground.png"
     cv2.imwrite(str(file), np.round(kelvin * 100.0).astype(np.uint16))
-    result = rover("detect", file, "--metres-per-pixel", metres_per_pixel, "--json")
+    result = rover("detect", file, "--metres-per-pixel", metres_per_pixel, "--all", "--json")
     (entry,) = json.loads(result.out)
     assert result.code == 0
     assert entry["image"] == str(file)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from rover.cli.live import MissionView
 from rover.geometry import Pose2
+from rover.mission.loop import Status
 from rover.outcome import RunStatus
 from rover.report.result import Identities, MapLayers, RunResult
 
@@ -21,8 +22,8 @@ RASTER = np.zeros((2, 2), np.float32)
 LAYERS = MapLayers((0.0, 0.0), 1.0, RASTER, RASTER > 0, RASTER > 0)
 
 
-def status(time: float) -> SimpleNamespace:
-    return SimpleNamespace(
+def status(time: float) -> Status:
+    return Status(
         time=time,
         phase="survey",
         firmware="Moving",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import subprocess
 import sys
 import time
@@ -51,6 +52,14 @@ class Running:
         return self.process.returncode, json.loads(printed)
 
 
+def firmware(folder: Path) -> Path:
+    """A UF2 file of one block, so that `rover flash` comes as far as the port."""
+    path = folder / "one-block.uf2"
+    head = struct.pack("<8I", 0x0A324655, 0x9E5D5157, 0x2000, 0x10000000, 256, 0, 1, 0xE48BFF56)
+    path.write_bytes(head + bytes(476) + struct.pack("<I", 0x0AB16F30))
+    return path
+
+
 @pytest.fixture(scope="module")
 def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     try:
@@ -79,6 +88,20 @@ def test_a_mission_is_paused_goes_on_leaves_a_goal_out_and_comes_home(mission: R
     still = mission.tell("state")
     assert still["time_s"] > stands["time_s"]
     assert (still["x"], still["y"]) == pytest.approx((stands["x"], stands["y"]), abs=0.01)
+
+    # Whoever asks for the state of the rover is answered by the mission; who would drive it is refused.
+    port = json.loads((mission.out / "rig.json").read_text())["port"]
+    asked = subprocess.run([ROVER, "status", "--port", port, "--json"], capture_output=True, text=True, timeout=60.0)
+    assert asked.returncode == 0, asked.stderr
+    told = json.loads(asked.stdout)
+    assert (told["state"], told["mission"]["state"], told["board"]) == ("Armed", "paused", "Sitl")
+    doctor = subprocess.run([ROVER, "doctor", "--port", port, "--json"], capture_output=True, text=True, timeout=60.0)
+    assert "a mission drives it" in json.loads(doctor.stdout)["checks"][-1]["detail"]
+    for other in (["link", "bench", "--seconds", "1"], ["flash", "--file", str(firmware(mission.out))]):
+        refused = subprocess.run([ROVER, *other, "--port", port], capture_output=True, text=True, timeout=60.0)
+        assert refused.returncode == 3, refused.stderr
+        assert f"the port {port} is in use by rover run" in refused.stderr
+        assert f"pid {mission.process.pid}" in refused.stderr
 
     unknown = mission.ask("skip", "place-99")
     assert unknown.returncode == 2

@@ -24,6 +24,7 @@ from rover.link.can_bus import (
     pair_of,
     shut_down,
 )
+from rover.link.claim import Claim
 from rover.link.frames import Counters, Frame, FrameTransport
 from rover.link.port import CAN_BITRATE, SLCAN_BAUD, CanPort
 
@@ -89,9 +90,11 @@ class LockstepBus(FrameTransport):
         self.last_heard = None
         self._marks: deque[Mark] = deque()
         self._received = self._malformed = 0
+        self._claim = Claim(port.name)
         try:
             self._bus = LockstepSlcan(port.channel, patience)
         except (*BUS_ERRORS, ValueError) as error:
+            self._claim.release()
             raise PreflightFailed(f"cannot open the port {port.name}: {one_line(error)}") from error
 
     @property
@@ -152,6 +155,7 @@ class LockstepBus(FrameTransport):
     def close(self) -> None:
         """Leaves the bus."""
         shut_down(self._bus)
+        self._claim.release()
 
     def _lines(self, at: float) -> list[Frame]:
         frames: list[Frame] = []

@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from collections import deque
 
-from rover.errors import LinkLost
+from rover.errors import LinkLost, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
+from rover.link.claim import Claim
 from rover.link.transport import Chunk, close_port, lost, open_port, write_all
 
 from rover_hil.rig import Mark
@@ -25,7 +26,12 @@ class LockstepTransport:
         self.bytes_written = 0
         self.bytes_read = 0
         self._patience = patience
-        self._serial = open_port(port, baud, timeout=patience)
+        self._claim = Claim(port)
+        try:
+            self._serial = open_port(port, baud, timeout=patience)
+        except PreflightFailed:
+            self._claim.release()
+            raise
         self._marks: deque[Mark] = deque()
 
     def announce(self, marks: list[Mark]) -> None:
@@ -53,6 +59,7 @@ class LockstepTransport:
     def close(self) -> None:
         """Closes the port."""
         close_port(self._serial)
+        self._claim.release()
 
     def _read_exactly(self, count: int) -> bytes:
         data = bytearray()

@@ -189,8 +189,8 @@ def _can_interfaces() -> str:
 
 
 def _firmware(port: str, baud: int) -> str:
-    from rover.cli.probe import ask
+    from rover.cli.asking import ask_politely
 
-    answer = ask(port, baud)
-    identity = answer.identity
-    return f"{identity.version} ({identity.git_hash}) on {identity.board}: {answer.meaning}"
+    told = ask_politely(port, baud)
+    mission = f"; a mission drives it: {told['mission']['says']}" if "mission" in told else ""
+    return f"{told['firmware']} ({told['git_hash']}) on {told['board']}: {told['meaning']}{mission}"

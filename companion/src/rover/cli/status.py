@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import typer
 
 from rover.cli.output import write_json, write_text
 from rover.link.baud import DEFAULT_BAUD
-from rover.link.firmware_document import firmware_document
-
-if TYPE_CHECKING:
-    from rover.cli.probe import Answer
 
 HELP = """Ask the firmware on a port for its state and the reason of its last stop.
 
-Nothing moves. Exit code 3 when nothing answers, 7 when the link breaks while asking.
+Nothing moves. While a mission drives the rover it is the mission that answers: nothing goes over the wire, and nobody
+who asks can disturb it. Exit code 3 when nothing answers, 7 when the link breaks while asking.
 
 \b
 Examples:
@@ -32,35 +30,29 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.cli.probe import ask
+    from rover.cli.asking import ask_politely
 
-    answer = ask(port, baud)
-    if as_json:
-        write_json(document(answer, port))
-    else:
-        write_text(text(answer, port))
+    told = ask_politely(port, baud)
+    write_json(told) if as_json else write_text(text(told))
     return 0
 
 
-def document(answer: Answer, port: str) -> dict[str, Any]:
-    """The answer as JSON."""
-    return firmware_document(port, answer.identity, answer.state, answer.battery, answer.figures)
-
-
-def text(answer: Answer, port: str) -> str:
+def text(told: Mapping[str, Any]) -> str:
     """The answer for a person."""
-    identity, state = answer.identity, answer.state
+    battery, mission = told["battery_v"], told.get("mission")
     rows = [
         (
             "firmware",
-            f"{identity.version} ({identity.git_hash}) on {identity.board}, started by {identity.reset_cause}, {port}",
+            f"{told['firmware']} ({told['git_hash']}) on {told['board']}, started by {told['reset_cause']}, "
+            f"{told['port']}",
         ),
-        ("state", answer.meaning),
-        ("faults", ", ".join(state.faults) or "none"),
-        ("motors", "powered" if state.powered else "off"),
-        ("emergency stop", "pressed" if state.emergency_input else "released"),
-        ("bumper", "pressed" if state.bumper else "free"),
-        ("battery", "not told" if answer.battery is None else f"{answer.battery.voltage:.2f} V"),
-        ("round trip", f"{answer.figures.round_trip_median * 1e3:.1f} ms"),
+        ("state", told["meaning"]),
+        ("faults", ", ".join(told["faults"]) or "none"),
+        ("motors", "powered" if told["powered"] else "off"),
+        ("emergency stop", "pressed" if told["emergency_input"] else "released"),
+        ("battery", "not told" if battery is None else f"{battery:.2f} V"),
+        ("round trip", f"{told['round_trip_ms']:.1f} ms"),
     ]
+    if mission is not None:
+        rows.append(("mission", f"{mission['says']}; in {told['run']}"))
     return "\n".join(f"{name:<15} {value}" for name, value in rows)

@@ -10,6 +10,7 @@ from typing import Any
 import can
 
 from rover.errors import LinkLost, PreflightFailed
+from rover.link.claim import Claim
 from rover.link.clock import WallClock
 from rover.link.frames import Counters, Frame, FrameTransport
 from rover.link.port import CAN_BITRATE, CAN_FRAME_BITS, CanPort
@@ -34,7 +35,12 @@ class CanTransport(FrameTransport):
         """Raises PreflightFailed with one line when the bus does not open."""
         self.port = port.name
         self.last_heard = None
-        self._bus = open_bus(port)
+        self._claim = Claim(port.name)
+        try:
+            self._bus = open_bus(port)
+        except PreflightFailed:
+            self._claim.release()
+            raise
         self._clock = clock or WallClock()
         self._frames: deque[Frame] = deque()
         self._received = self._malformed = 0
@@ -96,6 +102,7 @@ class CanTransport(FrameTransport):
         if self._reader is not threading.current_thread():
             self._reader.join(timeout=1.0)
         shut_down(self._bus)
+        self._claim.release()
 
     def _read_forever(self) -> None:
         while not self._closing:

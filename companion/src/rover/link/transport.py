@@ -15,6 +15,7 @@ import serial
 
 from rover.errors import LinkLost, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
+from rover.link.claim import Claim
 from rover.link.clock import WallClock
 
 Chunk = tuple[float, bytes]
@@ -70,9 +71,9 @@ class Transport(Protocol):
 
 
 def open_port(port: str, baud: int, timeout: float) -> serial.Serial:
-    """Opens a serial port. Raises `PreflightFailed` with one line when that is not possible."""
+    """Opens a serial port, for nobody else besides. Raises `PreflightFailed` when that is not possible."""
     try:
-        return serial.Serial(port, baud, timeout=timeout, write_timeout=WRITE_TIMEOUT_S)
+        return serial.Serial(port, baud, timeout=timeout, write_timeout=WRITE_TIMEOUT_S, exclusive=True)
     except (OSError, ValueError) as error:
         raise PreflightFailed(f"cannot open the port {port}: {_reason(error)}") from error
 
@@ -89,7 +90,12 @@ class SerialTransport:
         self.bytes_written = 0
         self.bytes_read = 0
         self._clock = clock or WallClock()
-        self._serial = open_port(port, baud, timeout=0.05)
+        self._claim = Claim(port)
+        try:
+            self._serial = open_port(port, baud, timeout=0.05)
+        except PreflightFailed:
+            self._claim.release()
+            raise
         self._chunks: deque[Chunk] = deque()
         self._failure: str | None = None
         self._closing = False
@@ -119,6 +125,7 @@ class SerialTransport:
         if self._reader is not threading.current_thread():
             self._reader.join(timeout=1.0)
         close_port(self._serial)
+        self._claim.release()
 
     def _read_forever(self) -> None:
         while not self._closing:

@@ -14,7 +14,7 @@ from typing import Any
 
 from rover.detection.place import Anchor
 from rover.errors import BadInput, LinkLost, PreflightFailed, SafetyStop
-from rover.link.firmware_document import firmware_document
+from rover.link.firmware_document import firmware_document, in_words
 from rover.link.rig import Rig
 from rover.link.session import Link
 from rover.mission.commands import Command, Word
@@ -122,13 +122,24 @@ class MissionLoop:
         try:
             while survey.outcome is None:
                 self._cycle()
-            self.link.disarm(DISARM_TIMEOUT)
+            confirmed = self.link.disarm(DISARM_TIMEOUT)
+            if self._control.emergency:
+                survey.outcome = Outcome(
+                    survey.outcome.status, f"{survey.outcome.reason}; {self._true_state(confirmed)}"
+                )
         except LinkLost as error:
             self.journal.event(RIG_LOST, self.rig.now(), {"text": str(error)})
             survey.outcome = survey.outcome or Outcome(RunStatus.LINK_LOST, str(error))
         except SafetyStop as error:
             survey.outcome = survey.outcome or Outcome(RunStatus.SAFETY_STOP, str(error))
         self._record_notes()
+
+    def _true_state(self, confirmed: bool) -> str:
+        """What is known of the motors after an emergency stop: only what the firmware has said counts."""
+        state = self.link.state
+        if not confirmed or state is None or state.powered:
+            return "the firmware has not confirmed that the motors are off: look at the rover"
+        return f"the motors are off, the firmware is {in_words(state)}"
 
     def judge(self) -> dict[str, Any] | None:
         """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version."""

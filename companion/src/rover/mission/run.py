@@ -16,7 +16,8 @@ from typing import Any
 import cv2
 
 from rover.detection.classifier import Classifier, default_model
-from rover.errors import BadInput
+from rover.errors import Aborted, BadInput
+from rover.link.claim import mission_on
 from rover.link.device import DeviceRig
 from rover.link.handshake import Identity
 from rover.link.port import CanPort, parse_port
@@ -74,6 +75,7 @@ class _Prepared:
 
     def drive(self, rig: Rig, recording: Recording) -> Driven:
         """The whole mission on a rig, into a log."""
+        mission_on(rig.transport.port, self.folder.path)
         with Checkpoint(self.survey, self.folder.path) as checkpoint, Ear(self.folder.path) as ear:
             run = MissionLoop(
                 self.survey,
@@ -94,6 +96,11 @@ class _Prepared:
         referee = run.judge()
         recording.identify("firmware", _firmware(run.link.identity))
         return Driven(run.track, run.link.identity, run.link.figures(), referee)
+
+    def heed_operator(self) -> None:
+        """Raises Aborted when he has said stop before anything was armed: no run is made."""
+        if self.control.stop or self.control.emergency:
+            raise Aborted("ended by the operator before the rover was armed; nothing has moved")
 
     def recording(self, more: Mapping[str, str] | None = None) -> Recording:
         """The log, with what the run is made from."""
@@ -126,7 +133,8 @@ def run_mission(
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
-    Raises BadInput for what the user can correct and PreflightFailed when the rover may not start.
+    Raises BadInput for what the user can correct, PreflightFailed when the rover may not start, and Aborted when it is
+    not wanted to any more.
     """
     if rig not in [name.value for name in RigName]:
         raise BadInput(f"--rig {rig}: not known; there is {', '.join(name.value for name in RigName)}")
@@ -184,6 +192,7 @@ def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
     )
     process = start_rig(options, folder.rig_log)
     try:
+        prepared.heed_operator()
         folder.accept()
         (folder.path / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
@@ -203,6 +212,7 @@ def _on_device(
     """In real time, on a rover and a camera that are there."""
     with opened(prepared.mission, port, camera_source) as device:
         check(device, prepared.mission, prepared.camera, prepared.folder.path, prepared.seed, on_finding)
+        prepared.heed_operator()
         prepared.folder.accept()
         wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
         with prepared.recording(wire) as recording:

@@ -110,8 +110,9 @@ class Survey:
             self.drive.stop()
 
     def way_back_s(self) -> float:
-        """About how long the way back to the launch takes, seconds."""
-        return way_back_s(self.conclusion.way.straight_m(self.perception.pose), self.mission.rover.cruise_speed)
+        """About how long the way back to the launch takes, seconds; 0 there."""
+        way, pose = self.conclusion.way, self.perception.pose
+        return 0.0 if way.reached(pose) else way_back_s(way.straight_m(pose), self.mission.rover.cruise_speed)
 
     # -- one cycle -----------------------------------------------------------------------------------------------
 

@@ -62,7 +62,7 @@ class Watch:
         if now - self._started > self._max_duration - way_back_s:
             why = f"the time limit of {self._max_duration:g} s ran out"
             if now - self._started <= self._max_duration:
-                why = f"what is left of {self._max_duration:g} s is needed for the way back"
+                why += ", but for what the way back takes"
             concerns.end, concerns.home = Outcome(RunStatus.PARTIAL, why), True
         lost = self._sight.lost(now)
         if lost is not None:

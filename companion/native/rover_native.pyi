@@ -132,3 +132,23 @@ def clearance_map(blocked: NDArray[np.uint8], resolution: float) -> NDArray[np.f
 
 def distance_field(blocked: NDArray[np.uint8], start: tuple[int, int], resolution: float) -> NDArray[np.float32]:
     """Travel distance (rows, columns) over free cells from `start` = (column, row); infinite where there is no path."""
+
+def bend_speeds(
+    length: NDArray[np.float64],
+    curvature: NDArray[np.float64],
+    slope: NDArray[np.float64],
+    thirds: NDArray[np.float64],
+    most: NDArray[np.float64],
+    share: NDArray[np.float64],
+    travel: tuple[float, float],
+    heading: tuple[float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Speeds and accelerations (N + 1) at the nodes of N curves."""
+
+def drive_bend(
+    state: tuple[float, ...],
+    curves: NDArray[np.float64],
+    travel: tuple[float, float],
+    heading: tuple[float, float],
+) -> tuple[NDArray[np.int64], tuple[float, ...]]:
+    """Segments (3 N, 3) along N curves, and the state at their end."""

@@ -3,6 +3,7 @@
 mod arrays;
 mod field;
 mod grids;
+mod motion;
 mod planner;
 mod request;
 
@@ -14,5 +15,7 @@ fn rover_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<planner::NativePlanner>()?;
     module.add_function(wrap_pyfunction!(grids::clearance_map, module)?)?;
     module.add_function(wrap_pyfunction!(grids::distance_field, module)?)?;
+    module.add_function(wrap_pyfunction!(motion::bend_speeds, module)?)?;
+    module.add_function(wrap_pyfunction!(motion::drive_bend, module)?)?;
     module.add_class::<grids::Views>()
 }

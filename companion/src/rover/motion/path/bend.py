@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from rover.motion.path import average
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.limits import DrivingLimits
-from rover.motion.path.piece import Piece
+from rover.motion.path.piece import Chain
 from rover.motion.path.speeds import lowest_within
-from rover.vehicle import Limits
 
 Array = NDArray[np.float64]
 
@@ -36,7 +35,7 @@ SAMPLE_SHARE = 0.05
 # What the third derivative of heading is taken to be more between nodes than that of the average.
 RIPPLE = 1.4
 # Distance of nodes as a share of the window there, and at most.
-NODE_SHARE, MAX_NODE_M = 0.3, 0.06
+NODE_SHARE, MAX_NODE_M = 0.25, 0.08
 # So often the curves between nodes are fitted to them.
 MAX_FITS = 2
 # Windows that touch something are made narrower by this factor, so often at most.
@@ -45,6 +44,10 @@ NARROWER, MAX_NARROWINGS = 0.6, 6
 CHORDS = 4
 # While the speed changes on a curve: shares of the limits of heading for its curvature and for the change.
 STEADY_SHARE, CHANGE_SHARE = 0.9, 0.8
+# Of the limits of acceleration and jerk, what the speeds at the nodes may take: between them it is a little more.
+SHARE = 0.97
+# Curves without room are not driven, but have a speed, m/s.
+SLOWEST_M_S = 0.02
 
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -77,9 +80,9 @@ def widest_window(limits: DrivingLimits) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """Pieces, and between which distances along the run's points each leads, (N,). Speed 0: no room."""
+    """Curves, and between which distances along the run's points each leads, (N,). Speed 0: no room."""
 
-    pieces: list[Piece]
+    chain: Chain
     begin: Array
     end: Array
 
@@ -116,9 +119,9 @@ def bends(runs: Sequence[Run], limits: DrivingLimits, clearance: ClearanceMap | 
         run.leg + np.searchsorted(run.way()[1:-1], first - begin, side="right")
         for run, begin, (first, _) in zip(runs, begins, found, strict=True)
     ]
-    pieces = curves.pieces(limits, clearance, touching, np.concatenate(legs))
+    chain = curves.chain(limits, clearance, touching, np.concatenate(legs))
     return [
-        Bend(pieces[low:high], first - begin, last - begin)
+        Bend(chain.between(low, high), first - begin, last - begin)
         for begin, (low, high), (first, last) in zip(begins, itertools.pairwise(ends), found, strict=True)
     ]
 
@@ -363,13 +366,13 @@ class _Curves:
         clear = clearance.swept(a, b, np.repeat(bulge + slack, CHORDS))
         return np.asarray(~clear.reshape(-1, CHORDS).all(axis=1), dtype=np.bool_)
 
-    def pieces(
+    def chain(
         self,
         limits: DrivingLimits,
         clearance: ClearanceMap | None,
         touching: NDArray[np.bool_],
         legs: NDArray[np.int64],
-    ) -> list[Piece]:
+    ) -> Chain:
         """The curves with their speeds, 0 where they touch something. `legs` (N,): on which each begins."""
         curvature, rate, third = self.peaks()
         bound = np.minimum(limits.travel.speed, limits.sight_speed(curvature))
@@ -386,14 +389,10 @@ class _Curves:
         # Towards the ends of a bend, where the acceleration is zero, it can't be more than its jerk leaves time for.
         inside = self.inside()
         acceleration = np.minimum(acceleration, jerk * inside / np.maximum(changing, 1e-9))
-        columns = (
-            self.at[:, 0], self.at[:, 1], self.heading, self.length, self.angle, np.where(touching, 0.0, speed), bound,
-            self.thirds[:, 0], self.thirds[:, 1], self.thirds[:, 2], self.k0, self.r0, changing, acceleration, jerk,
-            legs,
+        change = np.column_stack([changing, acceleration, jerk])
+        none = np.zeros_like(curvature)
+        most = np.maximum(np.minimum(limits.curve_speed(curvature, none, none), bound), SLOWEST_M_S)
+        return Chain(
+            self.at, self.heading, self.length, self.angle, np.where(touching, 0.0, speed), bound, self.thirds,
+            self.k0, self.r0, legs, most, np.full(len(most), SHARE), change,
         )  # fmt: skip
-        found = []
-        for row in zip(*(column.tolist() for column in columns), strict=True):
-            x, y, heading, length, angle, fastest, free, t0, t1, t2, k0, r0, v, a, j, leg = row
-            parts = ((length / 3.0, t0), (length / 3.0, t1), (length / 3.0, t2))
-            found.append(Piece(x, y, heading, length, angle, fastest, free, parts, k0, r0, Limits(v, a, j), leg))
-        return found

@@ -17,7 +17,7 @@ from rover.motion.path.bend import Bend, Run, bends, widest_window
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.condition import distinct, finite_points, simplified
 from rover.motion.path.limits import DrivingLimits
-from rover.motion.path.piece import Piece, Stretch
+from rover.motion.path.piece import Chain, Piece, Stretch
 from rover.motion.path.rounding import BlendSettings, Corners, Curves, Polygon, round_corners
 from rover.motion.path.widen import widened
 
@@ -32,8 +32,9 @@ SIMPLIFY_SHARE, MAX_SIMPLIFY_M = 0.02, 1e-3
 MIN_LEG_M = 1e-6
 # Corners are one bend where the legs between are shorter than this times what their curves would take of them.
 JOIN = 1.4
-# So often a bend is divided where it would be slower than the lowest speed.
-MAX_DIVISIONS = 12
+# So often a bend is divided where it has no room, or where it is slower than the lowest speed for so many seconds:
+# about what a turn on the spot takes with braking before it and starting after it.
+MAX_DIVISIONS, MAX_CREEP_S = 12, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,18 @@ def blend_path(
         if not slow:
             break
         alone[slow] = True
+        at_rest[slow] |= ~_roomy(line, limits)[slow]
     return Blend(stretches, points, error)
+
+
+def _roomy(line: Polygon, limits: DrivingLimits) -> Flags:
+    """True for corners that have a curve of their own in half of the legs beside them, at the lowest speed or more."""
+    half = np.minimum(line.lengths[:-1], line.lengths[1:]) / 2.0
+    shape = limits.corner_shape(line.angles)
+    tangent, cut = corner.tangent_and_cut(np.minimum(np.abs(line.angles), 3.0), shape)
+    length = np.minimum(half / tangent, line.tolerance / np.maximum(cut, 1e-12))
+    speed = limits.corner_speed(line.angles, np.maximum(length, 1e-9), shape)
+    return np.asarray(speed >= limits.min_speed, dtype=np.bool_)
 
 
 def _with_room(points: Array, error: Array, settings: BlendSettings, clearance: ClearanceMap) -> tuple[Array, Array]:
@@ -110,7 +122,7 @@ def _blended(
     for (first, _), run, bend in zip(spans, runs, found, strict=True):
         slow += [first + number for number in _slow_vertices(run, bend, limits.min_speed)]
     curves = round_corners(line, corners, ~in_run, taken, limits, settings, clearance)
-    inside = {first: (last, bend.pieces) for (first, last), bend in zip(spans, found, strict=True)}
+    inside = {first: (last, bend.chain) for (first, last), bend in zip(spans, found, strict=True)}
     return _assemble(line, curves, taken, inside, settings.kink, limits, clearance), slow
 
 
@@ -149,12 +161,14 @@ def _run(
 
 
 def _slow_vertices(run: Run, bend: Bend, min_speed: float) -> list[int]:
-    """For each row of pieces that are too slow, the vertex of the run nearest to the slowest."""
-    speeds = np.array([piece.speed for piece in bend.pieces])
+    """For each row of curves that are too slow for too long, the vertex of the run nearest to the slowest."""
+    speeds, length = bend.chain.speed, bend.chain.length
     edges = np.diff(np.concatenate([[0], (speeds < min_speed).astype(np.int64), [0]]))
     way = run.way()[1:-1]
     found = []
     for low, high in zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True):
+        if (length[low:high] / np.maximum(speeds[low:high], 1e-9)).sum() < MAX_CREEP_S:
+            continue
         worst = low + int(np.argmin(speeds[low:high]))
         found.append(int(np.argmin(np.abs(way - (bend.begin[worst] + bend.end[worst]) / 2.0))))
     return found
@@ -174,14 +188,14 @@ def _assemble(
     line: Polygon,
     curves: Curves,
     taken: Array,
-    inside: dict[int, tuple[int, list[Piece]]],
+    inside: dict[int, tuple[int, Chain]],
     kink: float,
     limits: DrivingLimits,
     clearance: ClearanceMap | None,
 ) -> list[Stretch]:
     """Lines, curves and bends in order, cut into stretches where the rover turns on the spot.
 
-    `inside`: for the first corner of each run its last corner and its pieces.
+    `inside`: for the first corner of each run its last corner and its curves.
     """
     taken = taken + curves.taken[:, None]
     before, after = taken[:, 0].tolist(), taken[:, 1].tolist()
@@ -190,7 +204,7 @@ def _assemble(
     speed, bound, shape = curves.speed.tolist(), curves.bound.tolist(), curves.shape.tolist()
     most = limits.travel.speed
     stretches: list[Stretch] = []
-    pieces: list[Piece] = []
+    pieces: list[Piece | Chain] = []
     leg, used = 0, 0.0
     while leg < len(lengths):
         heading = headings[leg]
@@ -210,7 +224,7 @@ def _assemble(
         number = leg
         if number in inside:
             number, bent = inside[number]
-            pieces += bent
+            pieces.append(bent)
         elif bend[number] > 0.0:
             x, y = x + max(rest, 0.0) * unit_x, y + max(rest, 0.0) * unit_y
             parts = corner.parts(angles[number], bend[number], shape[number])
@@ -223,7 +237,7 @@ def _assemble(
         leg, used = number + 1, after[number]
     if pieces:
         stretches.append(Stretch(tuple(pieces)))
-    return [stretch for stretch in stretches if stretch.pieces]
+    return [stretch for stretch in stretches if stretch.parts]
 
 
 def _line_parts(x: float, y: float, heading: float, length: float, speeds: list[float], leg: int) -> list[Piece]:

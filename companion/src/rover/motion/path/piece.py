@@ -6,7 +6,8 @@ speed v each part is exactly one constant-jerk segment of heading, with jerk v³
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,13 +83,80 @@ class Piece:
         return points
 
 
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """N curves from node to node of a bend, along which the speed changes, as arrays; metres, radians.
+
+    `at` (N, 2), `heading`, `length`, `angle`, `speed`, `bound`, `leg` (N,) as those of a Piece; `thirds` (N, 3): third
+    derivative of heading on three equal parts of each; `curvature`, `slope` (N,) at the beginning of each.
+    `most`, `share` (N,): the most speed on each, and the share of the limits of acceleration and jerk.
+    `change` (N, 3): limits of speed, acceleration and jerk for who drives curve by curve.
+    """
+
+    at: Array
+    heading: Array
+    length: Array
+    angle: Array
+    speed: Array
+    bound: Array
+    thirds: Array
+    curvature: Array
+    slope: Array
+    leg: NDArray[np.int64]
+    most: Array
+    share: Array
+    change: Array
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+    def between(self, low: int, high: int) -> Chain:
+        """The curves from `low` up to `high`."""
+        return Chain(*(getattr(self, field.name)[low:high] for field in fields(self)))
+
+    def at_nodes(self) -> tuple[Array, Array]:
+        """Curvature and its slope at the beginning of each curve and at the end of the last, (N + 1,) each."""
+        _, curvature, slope = self.pieces(len(self) - 1)[0].turning(float(self.length[-1]))
+        return np.append(self.curvature, curvature), np.append(self.slope, slope)
+
+    def pieces(self, first: int = 0) -> list[Piece]:
+        """The curves one by one."""
+        columns = (
+            self.at[:, 0], self.at[:, 1], self.heading, self.length, self.angle, self.speed, self.bound, self.thirds,
+            self.curvature, self.slope, self.change, self.leg,
+        )  # fmt: skip
+        found = []
+        for row in zip(*(column[first:].tolist() for column in columns), strict=True):
+            x, y, heading, length, angle, speed, bound, thirds, curvature, slope, change, leg = row
+            parts = tuple((length / 3.0, third) for third in thirds)
+            found.append(
+                Piece(x, y, heading, length, angle, speed, bound, parts, curvature, slope, Limits(*change), leg)
+            )
+        return found
+
+
 @dataclass(frozen=True)
 class Stretch:
-    """Pieces driven without a stop; before it the rover turns on the spot to the heading of the first."""
+    """Lines, corners and bends driven without a stop; before it the rover turns on the spot to the heading of the
+    first."""
 
-    pieces: tuple[Piece, ...]
+    parts: tuple[Piece | Chain, ...]
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """All lines and curves one by one."""
+        return tuple(piece for part in self.parts for piece in (part.pieces() if isinstance(part, Chain) else (part,)))
+
+    @property
+    def begin(self) -> tuple[float, float, float]:
+        """x, y and heading at the beginning."""
+        first = self.parts[0]
+        if isinstance(first, Piece):
+            return first.x, first.y, first.heading
+        x, y = first.at[0].tolist()
+        return x, y, float(first.heading[0])
 
     @property
     def length(self) -> float:
         """Metres."""
-        return sum(piece.length for piece in self.pieces)
+        return float(sum(np.sum(part.length) for part in self.parts))

@@ -2,27 +2,27 @@
 
 The curve of a corner is driven at one speed. On a line the acceleration is zero at both ends, and what a change of
 speed takes in way is that of the jerk-limited profile, so that Ruckig finds a profile for every line. Along a bend the
-acceleration goes on from node to node: there the two passes know acceleration only, and what they give is smoothed.
+acceleration goes on from node to node, with the fastest speeds that the limits of both axes allow, all nodes at once.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
+import rover_native
 from numpy.typing import NDArray
-from rover.motion.path.limits import change_distance
-from rover.motion.path.piece import Piece
+from rover.motion.path.limits import DrivingLimits, change_distance
+from rover.motion.path.piece import Chain, Piece
 from rover.vehicle import Limits
 
 Array = NDArray[np.float64]
 
 # Metres of each line that a change of speed leaves unused, so that rounding never makes it impossible.
 RESERVE_M = 2e-6
-# Places between two nodes of a bend at which its speed is smoothed, and how far towards its end that reaches.
-PLACES, END_SHARE = 3, 0.35
+# The speed at the end of a bend that is lower by no more than this share is the one that was asked for.
+SAME_SPEED = 2e-3
 
 
 def fastest_within(slow: float, most: float, distance: float, limits: Limits) -> float:
@@ -56,18 +56,56 @@ def node_speeds(pieces: Sequence[Piece], limits: Limits, start: float = 0.0, end
     return speeds
 
 
-def smooth_speeds(
-    pieces: Sequence[Piece], limits: Limits, start: float = 0.0, end: float = 0.0
-) -> tuple[list[float], list[float]]:
-    """Speeds and accelerations (N + 1) at the ends of N pieces: those of `node_speeds`, smoothed along bends."""
-    speeds = node_speeds(pieces, limits, start, end)
-    accelerations = [0.0] * len(speeds)
-    for bends, group in itertools.groupby(range(len(pieces)), key=lambda number: pieces[number].change is not None):
-        numbers = list(group)
-        if bends and len(numbers) > 1:
-            first, last = numbers[0], numbers[-1] + 2
-            smooth, slopes = _smoothed(pieces[first : last - 1], speeds[first:last])
-            speeds[first:last], accelerations[first:last] = smooth, slopes
+def part_speeds(parts: Sequence[Piece | Chain], limits: DrivingLimits) -> list[tuple[Array, Array]]:
+    """Speeds and accelerations at the ends of each part of a stretch, and at the nodes of its bends (N + 1,).
+
+    A bend takes the speed at its ends that the parts beside it leave it, or less; then these have less, too.
+    """
+    count = len(parts)
+    joint = [0.0] * (count + 1)
+    for number in range(1, count):
+        joint[number] = min(_most(parts[number - 1], -1), _most(parts[number], 0), limits.travel.speed)
+    solved: dict[int, tuple[Array, Array]] = {}
+    changed = True
+    while changed:
+        for number in range(count - 1, -1, -1):
+            joint[number] = _reached(parts[number], joint[number + 1], joint[number], limits.travel)
+        for number in range(count):
+            joint[number + 1] = _reached(parts[number], joint[number], joint[number + 1], limits.travel)
+        changed = False
+        for number, part in enumerate(parts):
+            if not isinstance(part, Chain):
+                continue
+            ends = (joint[number], joint[number + 1])
+            if number not in solved or any(solved[number][0][side] > ends[side] for side in (0, -1)):
+                solved[number] = _along(part, ends, limits)
+                for side, at in ((0, number), (-1, number + 1)):
+                    changed |= float(solved[number][0][side]) < joint[at]
+                    joint[at] = float(solved[number][0][side])
+    none = np.zeros(2)
+    return [solved.get(number, (np.array(joint[number : number + 2]), none)) for number in range(count)]
+
+
+def _most(part: Piece | Chain, end: int) -> float:
+    return part.speed if isinstance(part, Piece) else float(part.most[end])
+
+
+def _reached(part: Piece | Chain, here: float, there: float, limits: Limits) -> float:
+    return there if isinstance(part, Chain) else min(there, _reach(part, here, there, limits))
+
+
+def _along(chain: Chain, ends: tuple[float, float], limits: DrivingLimits) -> tuple[Array, Array]:
+    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends."""
+    most = np.minimum(np.append(chain.most, ends[1]), np.append(ends[0], chain.most))
+    share = np.minimum(np.append(chain.share, 1.0), np.append(1.0, chain.share))
+    curvature, slope = chain.at_nodes()
+    speeds, accelerations = rover_native.bend_speeds(
+        chain.length, curvature, slope, chain.thirds[:, [0, -1]], most, share,
+        (limits.travel.acceleration, limits.travel.jerk), (limits.heading.acceleration, limits.heading.jerk),
+    )  # fmt: skip
+    for side, end in zip((0, -1), ends, strict=True):
+        if speeds[side] > (1.0 - SAME_SPEED) * end:
+            speeds[side] = end
     return speeds, accelerations
 
 
@@ -81,33 +119,6 @@ def _reach(piece: Piece, here: float, there: float, limits: Limits) -> float:
         return here
     acceleration = min(piece.change.acceleration, limits.acceleration)
     return min(there, max(here, piece.change.speed), math.sqrt(here * here + 2.0 * acceleration * piece.length))
-
-
-def _smoothed(pieces: Sequence[Piece], speeds: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Speeds and accelerations at the nodes of a bend with a jerk that is limited.
-
-    v²/2 changes along the way by the acceleration. Averaged over the way that is made in A / J, its slope changes by no
-    more than J in time; the least within the same reach is averaged, so that no place becomes faster than it was.
-    """
-    length = np.array([piece.length for piece in pieces])
-    time = np.array([piece.change.acceleration / piece.change.jerk for piece in pieces if piece.change is not None])
-    nodes = np.concatenate([[0.0], np.cumsum(length)])
-    share = np.arange(PLACES * len(pieces) + 1) / PLACES
-    way = np.interp(share, np.arange(len(nodes)), nodes)
-    energy = np.interp(way, nodes, np.square(speeds) / 2.0)
-    at_node = np.maximum(np.append(time, 0.0), np.append(0.0, time))
-    reach = 0.5 * np.sqrt(2.0 * energy) * np.interp(way, nodes, at_node)
-    reach = np.minimum(reach, END_SHARE * np.minimum(way, way[-1] - way))
-    least = lowest_within(way, energy, way - reach, way + reach)
-    area = np.concatenate([[0.0], np.cumsum(np.diff(way) * (least[1:] + least[:-1]) / 2.0)])
-    low, high = way - reach, way + reach
-    wide = reach > 1e-6
-    mean, slope = least.copy(), np.zeros(len(way))
-    mean[wide] = (np.interp(high, way, area) - np.interp(low, way, area))[wide] / (high - low)[wide]
-    slope[wide] = (np.interp(high, way, least) - np.interp(low, way, least))[wide] / (high - low)[wide]
-    mean = np.minimum(mean, energy)
-    slope[[0, -1]] = 0.0
-    return np.sqrt(2.0 * mean[::PLACES]).tolist(), slope[::PLACES].tolist()
 
 
 def lowest_within(at: Array, values: Array, low: Array, high: Array) -> Array:

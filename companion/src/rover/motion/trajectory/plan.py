@@ -8,22 +8,25 @@ where the speed changes, the heading is led from node to node by three.
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
 from rover.geometry import wrap_angle
 from rover.motion.merge import merge, whole_microseconds
 from rover.motion.path.limits import DrivingLimits
-from rover.motion.path.piece import Piece, Stretch
-from rover.motion.path.speeds import smooth_speeds
+from rover.motion.path.piece import Chain, Piece, Stretch
+from rover.motion.path.speeds import part_speeds
 from rover.motion.profile import Axis, MotionError, to_position, to_speed
 from rover.motion.segment import MIN_DURATION_US, Segment, State
 from rover.motion.stop import stop_segments
-from rover.motion.trajectory.row import Mark, Row, jerks_to
-from rover.motion.trajectory.slowing import MAX_SLOWDOWNS, exceeding, slower
+from rover.motion.trajectory.row import Mark, Row
+from rover.motion.trajectory.slowing import MAX_SLOWDOWNS, Excess, gentler
 from rover.vehicle import Limits
+
+Array = NDArray[np.float64]
 
 # Radians: what is nearer to the heading wanted needs no turn.
 MIN_TURN_RAD = 1e-6
@@ -64,20 +67,20 @@ def plan_segments(
     """
     if not stretches:
         return Trajectory([], 0.0, 0.0, start_heading or 0.0, [], [])
-    first = stretches[0].pieces[0]
-    heading = first.heading if start_heading is None else start_heading
-    row = Row(first.x, first.y, heading)
+    x, y, heading = stretches[0].begin
+    heading = heading if start_heading is None else start_heading
+    row = Row(x, y, heading)
     driven: list[Stretch] = []
     starts: list[int] = []
     failure = ""
     try:
         for stretch in stretches:
-            _turn(row, stretch.pieces[0], limits.reserved())
+            _turn(row, stretch, limits.reserved())
             driven.append(_drive(row, stretch, limits, starts))
     except MotionError as error:
         failure = str(error)
         _stop(row, limits)
-    return Trajectory(Segment.rows(row.numbers), first.x, first.y, heading, driven, starts, failure)
+    return Trajectory(Segment.rows(row.numbers), x, y, heading, driven, starts, failure)
 
 
 def _stop(row: Row, limits: DrivingLimits) -> None:
@@ -93,10 +96,11 @@ def _stop(row: Row, limits: DrivingLimits) -> None:
         row.rest()
 
 
-def _turn(row: Row, piece: Piece, limits: DrivingLimits) -> None:
-    """On the spot to the heading of a piece."""
-    aim = _aim(row, replace(piece, angle=0.0), piece.length)
-    angle = wrap_angle(piece.heading + aim - row.heading)
+def _turn(row: Row, stretch: Stretch, limits: DrivingLimits) -> None:
+    """On the spot to the heading in which a stretch begins."""
+    x, y, heading = stretch.begin
+    length = float(np.atleast_1d(stretch.parts[0].length)[0])
+    angle = wrap_angle(heading + _aim(row, (x, y), heading, length) - row.heading)
     if abs(angle) <= MIN_TURN_RAD:
         return
     for segment in merge(None, to_position(Axis(), angle, limits.heading)):
@@ -104,61 +108,69 @@ def _turn(row: Row, piece: Piece, limits: DrivingLimits) -> None:
     row.rest()
 
 
-def _aim(row: Row, piece: Piece, ahead: float) -> float:
+def _aim(row: Row, begin: tuple[float, float], heading: float, ahead: float) -> float:
     """Radians by which to turn further than a piece ends with, to be back on the path `ahead` metres after it.
 
-    Where the rover is beside the beginning of the piece it is beside its end: what counts is across the heading there.
+    Where the rover is beside the beginning of the piece it is beside its end: what counts is across `heading` there.
     """
-    heading = piece.heading + piece.angle
-    beside = (row.y - piece.y) * math.cos(heading) - (row.x - piece.x) * math.sin(heading)
+    beside = (row.y - begin[1]) * math.cos(heading) - (row.x - begin[0]) * math.sin(heading)
     return min(max(-beside / max(ahead, MIN_AIM_M), -MAX_AIM_RAD), MAX_AIM_RAD)
 
 
 def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[int]) -> Stretch:
     """Drives a stretch, and again from where it differs while a limit is exceeded anywhere along a bend."""
     inside, begin = limits.reserved(), len(row.numbers)
+    parts = list(stretch.parts)
     marks: list[Mark] = []
-    speeds, accelerations = smooth_speeds(stretch.pieces, inside.travel)
+    speeds = part_speeds(parts, inside)
     first = 0
-    for _ in range(MAX_SLOWDOWNS):
-        for number in range(first, len(stretch.pieces)):
+    for attempt in range(MAX_SLOWDOWNS):
+        for number in range(first, len(parts)):
             marks.append(row.mark())
-            _piece(row, stretch.pieces, number, (speeds[number + 1], accelerations[number + 1]), inside)
+            _part(row, parts, number, speeds[number], inside)
         row.rest()
-        if all(piece.change is None for piece in stretch.pieces):
+        if all(isinstance(part, Piece) for part in parts):
             break
-        over = exceeding(row.numbers[begin:], limits)
-        counts = [mark.segments - begin for mark in marks]
-        pieces = {bisect.bisect_right(counts, number) - 1 for number in over}
-        if not pieces:
+        excess = Excess.of(np.array(row.numbers[begin:], dtype=np.float64)[:, [0, 1, 2, 4]], limits)
+        if not excess.any or attempt == MAX_SLOWDOWNS - 1:
             break
-        stretch, before = slower(stretch, pieces), (stretch.pieces, speeds, accelerations)
-        speeds, accelerations = smooth_speeds(stretch.pieces, inside.travel)
+        before = (parts, speeds)
+        parts = gentler(parts, excess, [mark.segments - begin for mark in marks])
+        speeds = part_speeds(parts, inside)
         first = next(
             number
-            for number in range(len(stretch.pieces))
-            if stretch.pieces[number] is not before[0][number]
-            or (speeds[number + 1], accelerations[number + 1]) != (before[1][number + 1], before[2][number + 1])
+            for number in range(len(parts))
+            if parts[number] is not before[0][number]
+            or any((a != b).any() for a, b in zip(speeds[number], before[1][number], strict=True))
         )
         row.reset(marks[first])
         del marks[first:]
-    starts += [mark.segments for mark in marks]
-    return stretch
+    for mark, part in zip(marks, parts, strict=True):
+        starts += [mark.segments] if isinstance(part, Piece) else range(mark.segments, mark.segments + 3 * len(part), 3)
+    return Stretch(tuple(parts))
 
 
-def _piece(row: Row, pieces: Sequence[Piece], number: int, end: tuple[float, float], limits: DrivingLimits) -> None:
-    piece = pieces[number]
+def _part(
+    row: Row, parts: Sequence[Piece | Chain], number: int, speeds: tuple[Array, Array], limits: DrivingLimits
+) -> None:
+    part = parts[number]
+    behind = parts[number + 1].length if number + 1 < len(parts) else 0.0
+    ahead = float(np.atleast_1d(behind)[0])
+    if isinstance(part, Chain):
+        row.follow(part, speeds, ahead, limits)
+    else:
+        _piece(row, part, ahead, float(speeds[0][1]), limits)
+
+
+def _piece(row: Row, piece: Piece, ahead: float, leave: float, limits: DrivingLimits) -> None:
     missing = (piece.x - row.x) * math.cos(piece.heading) + (piece.y - row.y) * math.sin(piece.heading)
     distance = max(piece.length + missing, 0.5 * piece.length)
     if not piece.parts:
-        _line(row, distance, end[0], piece.speed, limits)
+        _line(row, distance, leave, piece.speed, limits)
         return
-    ahead = pieces[number + 1].length if number + 1 < len(pieces) else 0.0
-    angle = wrap_angle(piece.heading + piece.angle + _aim(row, piece, ahead) - row.heading)
-    if piece.change is None:
-        _curve(row, distance, angle, piece)
-    else:
-        _bend(row, distance, angle, piece, end, limits)
+    end = piece.heading + piece.angle
+    angle = wrap_angle(end + _aim(row, (piece.x, piece.y), end, ahead) - row.heading)
+    _curve(row, distance, angle, piece)
 
 
 def _line(row: Row, distance: float, leave: float, most: float, limits: DrivingLimits) -> None:
@@ -194,34 +206,3 @@ def _curve(row: Row, distance: float, angle: float, piece: Piece) -> None:
     side_us = max(round((duration - level_us) / 4.0), MIN_DURATION_US)
     turn = (side_us * 1e-6) ** 2 * (2 * side_us + level_us) * 1e-6  # radians for each rad/s³ of jerk
     row.bend(side_us, level_us, round(angle / turn * 1e6))
-
-
-def _bend(
-    row: Row, distance: float, angle: float, piece: Piece, end: tuple[float, float], limits: DrivingLimits
-) -> None:
-    """A piece of a bend, in three equal times: from the state now to speed and acceleration (`end`), curvature and its
-    slope at the end."""
-    speed, acceleration = end
-    _, curvature, rate = piece.turning(piece.length)
-    third = max(round(_duration(row, distance, end) * 1e6 / 3.0), MIN_DURATION_US)
-    time = 3e-6 * third
-    way = time * (row.speed + speed) / 2.0 + time**2 * (row.acceleration - acceleration) / 12.0
-    travel = jerks_to((row.speed, row.acceleration), end, (way, distance), third, limits.travel.jerk)
-    turning = jerks_to(
-        (row.turn_rate, row.turn_acceleration),
-        (curvature * speed, rate * speed**2 + curvature * acceleration),
-        (piece.angle, angle),
-        third,
-        limits.heading.jerk,
-    )
-    for jerk, turn_jerk in zip(travel, turning, strict=True):
-        row.add(third, jerk, turn_jerk)
-
-
-def _duration(row: Row, distance: float, end: tuple[float, float]) -> float:
-    """Seconds in which a quintic would lead over the distance: T (v₀ + v₁) / 2 + T² (a₀ − a₁) / 12."""
-    speeds, change = row.speed + end[0], (row.acceleration - end[1]) / 12.0
-    time = 2.0 * distance / max(speeds, 1e-6)
-    for _ in range(3):
-        time = distance / max(speeds / 2.0 + time * change, 0.2 * speeds, 1e-6)
-    return time

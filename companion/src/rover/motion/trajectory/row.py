@@ -5,7 +5,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import rover_native
+from numpy.typing import NDArray
+from rover.motion.path.limits import DrivingLimits
+from rover.motion.path.piece import Chain
 from rover.motion.segment import MAX_DURATION_US
+
+Array = NDArray[np.float64]
 
 # Metres per second and m/s²: nearer speeds and accelerations are the same.
 MIN_SPEED_CHANGE_M_S = 2e-5
@@ -58,6 +65,29 @@ class Row:
         for duration_us, sign in signs:
             self.add(duration_us, 0, sign * jerk_heading)
 
+    def follow(self, chain: Chain, speeds: tuple[Array, Array], ahead: float, limits: DrivingLimits) -> None:
+        """Three segments for each curve of a bend. `speeds`: and accelerations at its nodes; `ahead`: metres of what
+        comes behind it."""
+        curvature, slope = chain.at_nodes()
+        curves = np.column_stack([
+            chain.at, chain.heading, chain.length, chain.angle, speeds[0][1:], speeds[1][1:], curvature[1:], slope[1:],
+            np.append(chain.length[1:], ahead),
+        ])  # fmt: skip
+        state = (
+            self.x, self.y, self.heading, self.speed, self.acceleration, self.turn_rate, self.turn_acceleration,
+        )  # fmt: skip
+        found, end = rover_native.drive_bend(
+            state, curves, (limits.travel.acceleration, limits.travel.jerk),
+            (limits.heading.acceleration, limits.heading.jerk),
+        )  # fmt: skip
+        rows = [(duration, jerk, turn, False, False) for duration, jerk, turn in found.tolist()]
+        rows[0] = (*rows[0][:3], self._begin, False)
+        self._begin = False
+        self.numbers += rows
+        (
+            self.x, self.y, self.heading, self.speed, self.acceleration, self.turn_rate, self.turn_acceleration,
+        ) = end  # fmt: skip
+
     def mark(self) -> Mark:
         """Where the row is now, to come back to."""
         state = (self.speed, self.acceleration, self.turn_rate, self.turn_acceleration)
@@ -99,27 +129,3 @@ class Row:
         self.acceleration = a + t * j
         self.turn_rate = w + t * (b + t * i / 2.0)
         self.turn_acceleration = b + t * i
-
-
-def jerks_to(
-    begin: tuple[float, float], end: tuple[float, float], ways: tuple[float, float], third_us: int, most: float
-) -> tuple[int, int, int]:
-    """Jerks in millionths of the SI unit in three equal times that lead from one speed and acceleration to another.
-
-    They cover a way between the two given: as near to the second as no jerk above `most` allows, and the first when
-    that needs more itself.
-    """
-    t = 1e-6 * third_us
-    (v0, a0), (v1, a1) = begin, end
-    # The sums of 1, 1, 1; of 5/2, 3/2, 1/2 and of 19/6, 7/6, 1/6 times the jerks, for acceleration, speed and way.
-    a = (a1 - a0) / t
-    b = (v1 - v0 - 3.0 * t * a0) / t**2
-    c = (ways[0] - 3.0 * t * v0 - 4.5 * t**2 * a0) / t**3
-    first = c + a / 3.0 - b
-    second = b - 0.5 * a - 2.0 * first
-    third = a - first - second
-    more = (ways[1] - ways[0]) / t**3
-    for jerk, step in ((first, more), (second, -2.0 * more), (third, more)):
-        if abs(jerk + step) > most:
-            more *= max((most - abs(jerk)) / abs(step), 0.0) if step else 1.0
-    return round(1e6 * (first + more)), round(1e6 * (second - 2.0 * more)), round(1e6 * (third + more))

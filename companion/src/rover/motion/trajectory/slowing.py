@@ -1,46 +1,66 @@
-"""Where segments along bends exceed a limit, and how these places are driven more gently."""
+"""Where segments exceed a limit, and how these places are driven more gently."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import astuple, replace
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from rover.motion.path.limits import DrivingLimits
-from rover.motion.path.piece import Piece, Stretch
+from rover.motion.path.piece import Chain, Piece
 from rover.motion.trajectory.extrema import Extrema, magnitudes
-from rover.vehicle import Limits
 
-# A piece that exceeds a limit is driven at this share of its speed, so often at most; the acceleration of so many
-# pieces on both sides is this share of what it was.
-SLOWER, MAX_SLOWDOWNS = 0.96, 20
-GENTLER, GENTLER_REACH = 0.85, 2
+Array = NDArray[np.float64]
 
-
-def exceeding(numbers: Sequence[tuple[int, int, int, bool, bool]], limits: DrivingLimits) -> list[int]:
-    """Numbers of the segments, from rest to rest, in which a limit is exceeded."""
-    rows = np.array(numbers, dtype=np.float64)
-    t, jerk, turn_jerk = 1e-6 * rows[:, 0], 1e-6 * rows[:, 1], 1e-6 * rows[:, 2]
-    over = np.zeros(len(rows), dtype=bool)
-    for values, bound in zip(
-        magnitudes(t, jerk, turn_jerk, rows[:, 4] > 0.0), astuple(Extrema.allowed(limits)), strict=True
-    ):
-        over |= values > bound
-    return [int(number) for number in np.flatnonzero(over)]
+# What exceeds a limit gets a little more than it lacks, and what is beside it half of that; so often at most.
+RESERVE, MAX_SLOWDOWNS = 0.005, 20
+# Names of what counts as a speed; the others are accelerations and jerks.
+_SPEEDS = np.array([True, False, False, True, False, False, True])
 
 
-def slower(stretch: Stretch, numbers: Collection[int]) -> Stretch:
-    """The same with the numbered pieces driven slower, and the speed changed more gently in their neighbourhood."""
-    near = {number + step for number in numbers for step in range(-GENTLER_REACH, GENTLER_REACH + 1)}
-    pieces = [
-        _slowed(piece, SLOWER if number in numbers else 1.0) if number in near else piece
-        for number, piece in enumerate(stretch.pieces)
-    ]
-    return Stretch(tuple(pieces))
+@dataclass(frozen=True, eq=False)
+class Excess:
+    """(N,) of each segment: the largest share of a speed's limit, and of one of acceleration and jerk."""
+
+    speed: Array
+    change: Array
+
+    @classmethod
+    def of(cls, numbers: Array, limits: DrivingLimits) -> Excess:
+        """`numbers` (N, 4): duration in µs, jerks in millionths of the SI unit, 1 where it ends at rest; from rest."""
+        t, jerk, turn_jerk = 1e-6 * numbers[:, 0], 1e-6 * numbers[:, 1], 1e-6 * numbers[:, 2]
+        allowed = np.array(astuple(Extrema.allowed(limits)))
+        shares = np.stack(magnitudes(t, jerk, turn_jerk, numbers[:, 3] > 0.0)) / allowed[:, None]
+        return cls(shares[_SPEEDS].max(axis=0), shares[~_SPEEDS].max(axis=0))
+
+    @property
+    def any(self) -> bool:
+        """True when a limit is exceeded."""
+        return bool((self.speed > 1.0).any() or (self.change > 1.0).any())
 
 
-def _slowed(piece: Piece, share: float) -> Piece:
-    change = piece.change
-    if change is not None:
-        change = Limits(share * change.speed, GENTLER * change.acceleration, GENTLER**2 * change.jerk)
-    return replace(piece, speed=share * piece.speed, change=change)
+def gentler(parts: Sequence[Piece | Chain], excess: Excess, starts: Sequence[int]) -> list[Piece | Chain]:
+    """The parts, slower where a limit is exceeded. `starts`: number of the first segment of each."""
+    found: list[Piece | Chain] = []
+    for part, low, high in zip(parts, starts, [*starts[1:], len(excess.speed)], strict=True):
+        speed, change = excess.speed[low:high], excess.change[low:high]
+        if max(speed.max(initial=0.0), change.max(initial=0.0)) <= 1.0:
+            found.append(part)
+        elif isinstance(part, Piece):
+            found.append(replace(part, speed=part.speed * _less(max(speed.max(), change.max()))))
+        else:
+            factor, gentle = (_spread(each.reshape(-1, 3).max(axis=1)) for each in (speed, change))
+            found.append(replace(part, most=part.most * factor, share=part.share * gentle))
+    return found
+
+
+def _less(most: float) -> float:
+    return 1.0 / most - RESERVE
+
+
+def _spread(most: Array) -> Array:
+    """What each curve of a bend is slowed down by, from the shares of limits on it: its neighbours half as much."""
+    lack = np.where(most > 1.0, 1.0 - (1.0 / np.maximum(most, 1.0) - RESERVE), 0.0)
+    beside = 0.5 * np.maximum(np.append(lack[1:], 0.0), np.append(0.0, lack[:-1]))
+    return np.asarray(1.0 - np.minimum(np.maximum(lack, beside), 0.5), dtype=np.float64)

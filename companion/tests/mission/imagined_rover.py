@@ -84,6 +84,9 @@ class ImaginedPerception:
     def shift(self) -> None:
         return None
 
+    def speed_limit(self, x: float, y: float) -> float:
+        return math.inf
+
     def take(self, event: object) -> None:
         if isinstance(event, Battery):
             self.battery = event

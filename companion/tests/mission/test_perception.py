@@ -10,7 +10,7 @@ from rover.detection.ground.detect import Detection
 from rover.detection.place import Anchor, Place
 from rover.geometry import Pose2
 from rover.mission.config import load
-from rover.mission.perception import Perception
+from rover.mission.perception import TOUCH_SPEED, Perception
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
 from rover.vision.localization.keyframes import Keyframe
@@ -106,3 +106,16 @@ def test_a_place_goes_on_being_averaged_where_its_submap_has_moved_to() -> None:
     one.add(found, np.array([1.1, 1.0]), pose, 1.0, (1e-4, 1e-5), 2.0)
     assert one.x == pytest.approx(1.1)
     assert one.y == pytest.approx(1.0)
+
+
+def test_the_rover_is_slow_on_ground_that_nothing_has_judged_and_close_past_what_stands() -> None:
+    mission = load("demo")
+    perception = Perception(mission, Vehicle(), load_camera(mission.rover.camera), Classifier(default_model()))
+    launch = mission.launch.pose
+    assert perception.speed_limit(launch.x, launch.y) > 1.0, "the operator has surveyed it"
+    assert perception.speed_limit(2.0, 2.0) == TOUCH_SPEED
+    perception.parallax.bear(2.0, 2.0, 0.5)
+    assert perception.speed_limit(2.0, 2.0) > 1.0
+    perception.grid.occupied[100, 110] = True
+    assert perception.speed_limit(2.02, 2.0) == TOUCH_SPEED
+    assert perception.speed_limit(1.9, 2.0) > 1.0

@@ -2,7 +2,8 @@
 
 Occupancy is kept as log-odds, one layer per sensor, because the two err in different ways: the camera knows well
 where a thing begins and takes a warm mine for no obstacle; the sonar knows that something stands there, but not where
-in its cone. A cell is occupied when either layer says so.
+in its cone. The parallax (`rover.mapping.parallax`) says plainly what stands. A cell is occupied when any of them says
+so.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ LAYERS: dict[str, tuple[type[np.generic], float]] = {
     "seen": (np.bool_, 0),
     "thermal": (np.float32, 0),
     "sonar": (np.float32, 0),
+    "standing": (np.bool_, 0),
     "temperature": (np.float32, np.nan),
     "temperature_count": (np.uint8, 0),
     "close_echoes": (np.uint8, 0),
@@ -57,6 +59,7 @@ class LocalGrid:
     seen: NDArray[np.bool_]
     thermal: NDArray[np.float32]
     sonar: NDArray[np.float32]
+    standing: NDArray[np.bool_]
     temperature: NDArray[np.float32]
     temperature_count: NDArray[np.uint8]
     close_echoes: NDArray[np.uint8]
@@ -137,6 +140,13 @@ class LocalGrid:
         self.stamp[at] = stamp
         self._find_obstacles(Rectangle.around(update.rows, update.columns))
 
+    def stand(self, where: Rectangle, judged: NDArray[np.bool_], standing: NDArray[np.bool_], stamp: int) -> None:
+        """What the parallax says of the judged cells, masks over `where`, which the window must cover."""
+        at = where.slices(self.window)
+        self.standing[at][judged] = standing[judged]
+        self.stamp[at][judged] = stamp
+        self._find_obstacles(where)
+
     def take_over(self, where: Rectangle, cells: NDArray[np.bool_], layers: Mapping[str, NDArray[Any]]) -> None:
         """What another submap has learned of `cells`, a mask over `where`; layers: rasters over `where`, by name."""
         at = where.slices(self.window)
@@ -151,11 +161,11 @@ class LocalGrid:
         inside = where.within(self.window)
         at, cut = inside.slices(self.window), inside.slices(look)
         if not strong.any():
-            self.occupied[at] = self.sonar[at] > OCCUPIED
+            self.occupied[at] = (self.sonar[at] > OCCUPIED) | self.standing[at]
             self._near_obstacle[at] = False
             return
         solid = np.asarray(cv2.morphologyEx(strong, cv2.MORPH_OPEN, SMALLEST), np.uint8)
-        self.occupied[at] = (solid[cut] > 0) | (self.sonar[at] > OCCUPIED)
+        self.occupied[at] = (solid[cut] > 0) | (self.sonar[at] > OCCUPIED) | self.standing[at]
         self._near_obstacle[at] = cv2.dilate(solid, ECHO_SLACK)[cut] > 0
 
     def _add_temperature(

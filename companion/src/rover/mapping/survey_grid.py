@@ -24,6 +24,7 @@ from rover.geometry import Pose2
 from rover.mapping.camera_view import CameraView, view_polygon
 from rover.mapping.local_grid import REACH, LocalGrid
 from rover.mapping.look import look_at
+from rover.mapping.parallax import Judged
 from rover.mapping.rectangle import Rectangle
 from rover.mapping.sonar_cone import cone_update
 from rover.mapping.spot import ClassifiedSpot
@@ -138,6 +139,12 @@ class SurveyGrid:
         grid = self._begin(where)
         grid.ping(update, 2 * self._now)
         self._show(self._active, where)
+
+    def stand(self, found: Judged) -> None:
+        """What the parallax says of ground in the rover's submap."""
+        grid = self._begin(found.where)
+        grid.stand(found.where, found.judged, found.standing, 2 * self._now)
+        self._show(self._active, found.where)
 
     def layers(self) -> dict[str, NDArray[Any]]:
         """All that has been learned, by name: a window and rasters for every submap."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rover.geometry import Pose2
 from rover.mission.freespace import FreeSpace
 from rover.motion.following.committed import CommittedMotion
-from rover.motion.following.follower import PathFollower
+from rover.motion.following.follower import PathFollower, SpeedLimit
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.segment import Segment
 from rover.vehicle import Limits, Vehicle
@@ -36,10 +36,11 @@ SAME_PLACE = 0.03
 class Drive:
     """One rover's motion. All times are the companion's, seconds."""
 
-    def __init__(self, vehicle: Vehicle, cruise_speed: float) -> None:
+    def __init__(self, vehicle: Vehicle, cruise_speed: float, speed_limit: SpeedLimit | None = None) -> None:
+        """speed_limit: of places in map, m/s, beside `cruise_speed`."""
         travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
         self.committed = CommittedMotion()
-        self._follower = PathFollower(vehicle, travel)
+        self._follower = PathFollower(vehicle, travel, speed_limit=speed_limit)
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self.blocked = False
         self._escape_left = 0.0

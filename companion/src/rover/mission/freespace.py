@@ -28,6 +28,9 @@ Mask = NDArray[np.bool_]
 # What the map may be wrong by: localization (usually under 1 cm) and a cell.
 MARGIN = 0.025
 
+# What is found to stand is wider than what is seen of it: the rim of a tuft is a few blades, metres.
+RIM = 0.02
+
 # What a wheel stays away from a zone beyond MARGIN: a zone may be drawn beside a path that is driven already, where
 # MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).
 ZONE_MARGIN = 0.02
@@ -72,7 +75,9 @@ def free_space(
     solid = occupied.copy()
     for x, y, r in area.obstacles:
         solid |= disc_mask(seen.shape, resolution, x, y, r)
-    blocked = solid | ~shown | ~entered(area, launch, seen.shape, resolution)
+    rim = np.ones((2 * round(RIM / resolution) + 1,) * 2, np.uint8)
+    blocked = solid | cv2.dilate(occupied.astype(np.uint8), rim).astype(bool) | ~shown
+    blocked |= ~entered(area, launch, seen.shape, resolution)
     for zone in zones:
         # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
         core = max(zone.radius + ZONE_MARGIN - (radius - vehicle.wheel_reach), MINE_RADIUS_M)

@@ -18,6 +18,7 @@ from rover.detection.place import Place
 from rover.geometry import Pose2
 from rover.link.telemetry import Battery, SonarRange, Telemetry, WheelMotion
 from rover.link.words import SonarStatus
+from rover.mapping.parallax import Parallax
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
 from rover.mission.goals import Goal
@@ -42,6 +43,12 @@ MAP_EVERY = 2
 BRAKING = 0.13
 # Less wheel travel than this between two reports is standing still, metres.
 STANDING = 0.0004
+# Past an obstacle as near to the hull as this, metres, and on ground whose flatness nothing has told, the rover goes no
+# faster than the bumper is made for, m/s: a tuft's rim reaches farther than what is seen of it.
+NEAR_OBSTACLE_M = 0.06
+TOUCH_SPEED = 0.1
+# The edge of a mine's warmth is steep: an error of the pose spreads there what is flat, metres from its middle.
+MINE_EDGE_M = 0.15
 # An inspection counts when the place was in view in this many frames of it.
 INSPECTION_VIEWS = 4
 
@@ -83,6 +90,9 @@ class Perception:
         self._submaps = list(self.localizer.atlas.graph.poses)
         self._submap = self.localizer.atlas.active
         self._shift: Pose2 | None = None
+        self.parallax = Parallax(self.grid.resolution)
+        start = self.localizer.inside(mission.launch.pose)
+        self.parallax.bear(start.x, start.y, mission.launch.surveyed_radius)
 
     @property
     def pose(self) -> Pose2:
@@ -173,9 +183,10 @@ class Perception:
         if frame.ffc or not self.placed:
             return False
         self._shown += 1
+        pose = self.localizer.pose_at(frame.time)
+        self._see_what_stands(frame, pose)
         if self.frames % MAP_EVERY:
             return False
-        pose = self.localizer.pose_at(frame.time)
         image = self._rectifier.rectify(frame)
         detections = detect(image, self._classifier, DetectSettings())
         self.grid.integrate_frame(frame, self.camera, self.localizer.inside(pose), self.relative_sigma, detections)
@@ -184,6 +195,16 @@ class Perception:
         reach = self.vehicle.wheel_reach + (BRAKING if self._moving else 0.0)
         self.keepout.update(self.avoided, now, (here.x, here.y), reach)
         return True
+
+    def _see_what_stands(self, frame: Frame, pose: Pose2) -> None:
+        own = self.localizer.inside(pose)
+        places = [self.localizer.inside(Pose2(place.x, place.y, 0.0)) for place in self.avoided]
+        found = self.parallax.integrate(
+            frame, self.camera, own, [(place.x, place.y) for place in places], MINE_EDGE_M
+        )
+        self.parallax.bear(own.x, own.y, self.vehicle.radius)
+        if found is not None:
+            self.grid.stand(found)
 
     def shift(self) -> Pose2 | None:
         """How the ground around the rover has moved in map since this was asked last; None when it has not."""
@@ -208,8 +229,22 @@ class Perception:
         if self._submap in shifts:
             former = self._shift or Pose2(0.0, 0.0, 0.0)
             self._shift = shifts[self._submap].compose(former)
+        if atlas.active != self._submap:
+            self.parallax.restart()
         self._submaps, self._submap = list(poses), atlas.active
         self.grid.place(poses, atlas.active)
+
+    def speed_limit(self, x: float, y: float) -> float:
+        """How fast the rover may be at a place, m/s: where a touch is possible it must be one for the bumper."""
+        reach, size = self.vehicle.radius + NEAR_OBSTACLE_M, self.grid.resolution
+        rows = slice(max(0, int((y - reach) / size)), max(0, int((y + reach) / size) + 1))
+        columns = slice(max(0, int((x - reach) / size)), max(0, int((x + reach) / size) + 1))
+        at_rows, at_columns = np.nonzero(self.grid.occupied[rows, columns])
+        away = np.hypot((at_rows + rows.start + 0.5) * size - y, (at_columns + columns.start + 0.5) * size - x)
+        own = self.localizer.inside(Pose2(x, y, 0.0))
+        if (away < reach).any() or not self.parallax.is_judged(own.x, own.y, self.vehicle.radius):
+            return TOUCH_SPEED
+        return math.inf
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:
         """Cells that a frame from this pose would show on open ground, (rows, columns)."""

@@ -69,7 +69,7 @@ class Survey:
         # The least likeness of the weak spots that the stretch being driven keeps off.
         self._kept_off = CAUTIOUS
         self.contacts = Contacts()
-        self.drive = Drive(vehicle, mission.rover.cruise_speed)
+        self.drive = Drive(vehicle, mission.rover.cruise_speed, perception.speed_limit)
         self.phase = Phase.START
         self.outcome: Outcome | None = None
         self.decision: Decision | None = None

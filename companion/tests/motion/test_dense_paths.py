@@ -187,8 +187,8 @@ def test_a_slow_place_in_a_trembling_track_is_crept_through_and_makes_no_row_of_
     used to cut the bend there, which left the next too little room, and so on."""
     rng = np.random.default_rng([71, seed])
     x = np.sort(rng.uniform(0.0, 4.0, 220))
-    track = np.column_stack([x, 0.25 * np.sin(2.0 * math.pi * x / 0.5)]) + rng.normal(0.0, 0.003, (220, 2))
+    track = np.column_stack([x, 0.25 * np.sin(2.0 * math.pi * x / 0.55)]) + rng.normal(0.0, 0.003, (220, 2))
     checked = plan_checked(track, LIMITS)
-    assert len(checked.stretches) <= 8
+    assert len(checked.stretches) == 1
     length = np.hypot(*np.diff(track, axis=0).T).sum()
-    assert checked.trajectory.duration < 2.0 * length / 0.25
+    assert checked.trajectory.duration < 2.3 * length / 0.25

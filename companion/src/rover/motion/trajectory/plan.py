@@ -135,7 +135,7 @@ def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[int])
         if not excess.any or attempt == MAX_SLOWDOWNS - 1:
             break
         before = (parts, speeds)
-        parts = gentler(parts, excess, [mark.segments - begin for mark in marks])
+        parts = gentler(parts, excess, [mark.segments - begin for mark in marks], attempt)
         speeds = part_speeds(parts, inside)
         first = next(
             number

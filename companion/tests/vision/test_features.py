@@ -129,7 +129,7 @@ def test_both_ways_from_the_same_distances_match_as_each_way_alone() -> None:
     seen = rng.integers(0, 256, (60, 32), dtype=np.uint8)
     again = np.concatenate((seen[10:50], seen[12:20] ^ np.uint8(1), rng.integers(0, 256, (30, 32), dtype=np.uint8)))
     a, b = (Features(np.zeros((len(d), 2)), d, np.ones(len(d))) for d in (seen, again))
-    ways = match_both_ways(a, b, MatchSettings(ratio=0.85))
+    ways = match_both_ways(hamming(a.descriptors, b.descriptors), MatchSettings(ratio=0.85))
     alone = match_features(a, b, MatchSettings(ratio=0.85)), match_features(b, a, MatchSettings(ratio=0.85))
     for (in_one, in_other), expected in zip(ways, alone, strict=True):
         np.testing.assert_array_equal((in_one, in_other), expected)

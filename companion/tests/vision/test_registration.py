@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rover.capture.picture import read_picture
+from rover.vision.registration.correspondence import Correspondence
 from rover.vision.registration.homography import apply_homography
 from rover.vision.registration.register import (
     PAPER_EPSILON,
@@ -19,6 +20,7 @@ from rover.vision.registration.register import (
     register,
     register_features,
     register_prepared,
+    registered_by,
     rmse,
 )
 
@@ -147,10 +149,49 @@ def test_neighbours_along_the_facade_register_and_strangers_do_not(rover_data: P
     assert {pair(a, b).status for a, b in strangers} == {"failed"}
 
 
-def test_what_the_way_back_contradicts_is_refused(rover_data: Path) -> None:
-    """Two frames of the facade with the bay window: one way is a wall's width off."""
-    files = sorted((rover_data / "dunr/tiff").iterdir())
-    found = register(read_picture(files[7]), read_picture(files[5]))
+def zoomed(factor: float, turn_deg: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All of a scene in 400×320, its middle larger by `factor` and turned, and the homography between them."""
+    picture = cv2.GaussianBlur(scene(5), (0, 0), 0.8)
+    whole = np.diag([0.5, 0.5, 1.0])
+    turn = np.vstack((cv2.getRotationMatrix2D((400, 320), turn_deg, 0.5 * factor), [0, 0, 1]))
+    near = np.array([[1.0, 0.0, -200.0], [0.0, 1.0, -160.0], [0.0, 0.0, 1.0]]) @ turn
+    noise = np.random.default_rng(6).normal(0.0, 2.0, (2, 320, 400))
+    views = [
+        np.clip(cv2.warpPerspective(picture, view, (400, 320), flags=cv2.INTER_AREA) + extra, 0, 255).astype(np.uint8)
+        for view, extra in zip((whole, near), noise, strict=True)
+    ]
+    return views[0], views[1], near @ np.linalg.inv(whole)
+
+
+@pytest.mark.parametrize(("factor", "turn_deg"), [(1.6, 0.0), (2.3, 40.0), (3.0, -15.0)])
+@pytest.mark.parametrize("is_closer", [True, False], ids=["closer", "farther"])
+def test_a_picture_of_another_scale_is_found_to_a_pixel(factor: float, turn_deg: float, is_closer: bool) -> None:
+    a, b, truth = zoomed(factor, turn_deg)
+    if not is_closer:
+        a, b, truth = b, a, np.linalg.inv(truth)
+    assert corner_error(register(a, b), truth, a.shape) < (factor if is_closer else 1.0)  # of the coarser picture
+
+
+def test_blobs_find_what_corners_do_not_and_nothing_else() -> None:
+    a, b, truth = zoomed(4.0, 100.0)
+    assert register(a, b, RegistrationSettings(use_blobs=False)).status == "failed"
+    assert corner_error(register(a, b), truth, a.shape) < 3.0
+    assert register(a, zoomed(4.0, 100.0)[1][:, ::-1].copy()).status == "failed"
+
+
+def test_what_the_way_back_contradicts_is_refused() -> None:
+    """A wallpaper: shifted by one of its periods it looks the same."""
+    settings = RegistrationSettings()
+    wallpaper = np.tile(scene(6)[:320, :200], (2, 4))
+    one = prepare(wallpaper, settings)
+    grid = np.stack(np.meshgrid(np.arange(250.0, 550.0, 15.0), np.arange(40.0, 600.0, 20.0)), axis=-1).reshape(-1, 2)
+
+    def matches(shift: float) -> Correspondence:
+        moved = grid + np.array([shift, 0.0])
+        return Correspondence((len(grid), len(grid)), (640, 800), (640, 800), grid, moved, grid, moved)
+
+    assert registered_by(one, one, matches(200.0), matches(-200.0), settings).status == "ok"
+    found = registered_by(one, one, matches(200.0), matches(0.0), settings)
     assert (found.status, found.homography) == ("failed", None)
     assert "way back" in found.reason
 

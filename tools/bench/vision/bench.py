@@ -10,10 +10,10 @@ from pathlib import Path
 import cv2
 from rover_hil.figure_file import write_figure
 
-from tools.bench.vision import facade, pairs, plot, preparation, registration, speed, tables, wall
+from tools.bench.vision import facade, methods, pairs, plot, preparation, registration, speed, tables, wall
 
 SIMULATED = ("drives", "loops", "speed")
-REAL = ("registration", "facade", "wall", "unrelated", "pairs", "clusters", "preparation")
+REAL = ("registration", "facade", "wall", "unrelated", "pairs", "clusters", "preparation", "methods")
 
 
 def main(arguments: list[str]) -> int:
@@ -30,6 +30,10 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--data", type=Path, default=os.environ.get("ROVER_DATA"), help="folder of real pictures")
     parser.add_argument("--pairs", type=int, default=550, help="unrelated pairs")
     parser.add_argument("--sheets", type=Path, metavar="DIR", help="pairs: pictures of what was registered, to look at")
+    parser.add_argument("--peers", default=os.environ.get("ROVER_OPENCV4", ""), metavar="PYTHON",
+                        help="methods: a Python with NumPy and OpenCV 4, whose AKAZE OpenCV 5 has no more")  # fmt: skip
+    parser.add_argument("--warp-seed", type=int, default=2201, help="methods: of the synthetic pairs")
+    parser.add_argument("--warps", type=int, default=42, help="methods: synthetic pairs of each kind")
     parser.add_argument("--plot", type=Path, help="PNG or SVG: the plot of docs/reference/vision.md, nothing else")
     options = parser.parse_args(arguments)
     wanted = options.only or list(SIMULATED + REAL)
@@ -54,6 +58,8 @@ def main(arguments: list[str]) -> int:
             print("no real pictures: give --data DIR or ROVER_DATA", file=sys.stderr)
             return 0 if options.only is None else 2
         _real(wanted, Path(options.data), options.pairs, options.sheets)
+        if "methods" in wanted:
+            print(methods.methods_table(Path(options.data), options.peers, options.warp_seed, options.warps) + "\n")
     return 0
 
 

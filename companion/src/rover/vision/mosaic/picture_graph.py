@@ -6,14 +6,20 @@ Chaining would add up every pair's error; here all pairs pull at once, also thos
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.vision.registration.homography import apply_homography
 from rover.vision.registration.refine import RefineSettings, follow, lay, strongest_corners
-from rover.vision.registration.register import Picture, Prepared, RegistrationSettings, prepare, register_prepared
+from rover.vision.registration.register import (
+    Picture,
+    Prepared,
+    RegistrationSettings,
+    prepare,
+    register_prepared,
+)
 
 Points = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -31,10 +37,10 @@ class GraphSettings:
     """
 
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
-    follow: RefineSettings = field(default_factory=RefineSettings)
+    follow: RefineSettings = field(default_factory=lambda: RefineSettings(window=21, halvings=2))
     reach: int = 3
     few: int = 10
-    overlap: float = 0.3
+    overlap: float = 0.4
     corners: int = 120
     scale_px: float = 1.0
     iterations: int = 25
@@ -59,17 +65,16 @@ class Placement:
     rmse_px: float
 
 
-def place_pictures(
-    pictures: Sequence[Picture], settings: GraphSettings, progress: Progress | None = None
-) -> Placement:
+def place_pictures(pictures: Sequence[Picture], settings: GraphSettings, progress: Progress | None = None) -> Placement:
     """Where each picture lies; the largest group that hangs together is placed, the rest left out."""
     nodes: list[Prepared] = []
     first: dict[tuple[int, int], Points] = {}
     for number, picture in enumerate(pictures):
         nodes.append(prepare(picture, settings.registration))
         reach = number if len(pictures) <= settings.few else settings.reach
-        for other in range(max(0, number - reach), number):
-            _try(nodes, other, number, first, settings)
+        for other in range(number - 1, max(0, number - reach) - 1, -1):
+            is_tied = any(b == number for _, b in first)
+            _try(nodes, other, number, first, settings, use_blobs=not is_tied)
         if progress is not None:
             progress(number + 1, len(pictures))
     group = _largest_group(len(pictures), first)
@@ -83,9 +88,16 @@ def place_pictures(
 
 
 def _try(
-    nodes: list[Prepared], a: int, b: int, found: dict[tuple[int, int], Points], settings: GraphSettings
+    nodes: list[Prepared],
+    a: int,
+    b: int,
+    found: dict[tuple[int, int], Points],
+    settings: GraphSettings,
+    use_blobs: bool = False,
 ) -> None:
-    homography = register_prepared(nodes[a], nodes[b], settings.registration).homography
+    """Registers a pair. Blobs cost as much as all the rest: they are for a picture that is tied to none yet."""
+    asked = replace(settings.registration, use_blobs=use_blobs)
+    homography = register_prepared(nodes[a], nodes[b], asked).homography
     if homography is not None:
         found[a, b] = homography
 

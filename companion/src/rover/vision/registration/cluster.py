@@ -10,9 +10,7 @@ MIN_POINTS = 5
 NOISE = -1
 
 
-def dbscan(
-    points: NDArray[np.float64], epsilon: float = EPSILON_PX, min_points: int = MIN_POINTS
-) -> NDArray[np.intp]:
+def dbscan(points: NDArray[np.float64], epsilon: float = EPSILON_PX, min_points: int = MIN_POINTS) -> NDArray[np.intp]:
     """Cluster number of every point (N, D), counted from 0 in the order of their first core point; -1 is noise.
 
     A core point has at least `min_points` points, itself included, within `epsilon`; clusters are connected core

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rover.vision.registration.cluster import NOISE, dbscan
 from rover.vision.registration.features import Features
-from rover.vision.registration.matching import match_both_ways, match_features
+from rover.vision.registration.matching import MatchSettings, match_both_ways, match_features
 from rover.vision.registration.settings import RegistrationSettings
 
 Points = NDArray[np.float64]
@@ -42,14 +42,24 @@ def correspond(
     return _clustered(len(a), len(b), shape_a, shape_b, a.points[in_a], b.points[in_b], settings)
 
 
-def correspond_both_ways(
-    a: Features, b: Features, shape_a: Shape, shape_b: Shape, settings: RegistrationSettings
+def correspond_by(
+    apart: NDArray[np.float32],
+    points_a: Points,
+    points_b: Points,
+    shape_a: Shape,
+    shape_b: Shape,
+    match: MatchSettings,
+    settings: RegistrationSettings,
 ) -> tuple[Correspondence, Correspondence]:
-    """From A to B and from B to A; each way has its own runners-up, so that they are not each other's mirror image."""
-    (there_a, there_b), (back_b, back_a) = match_both_ways(a, b, settings.match)
+    """From A to B and from B to A, from the distances (N, M) of their descriptors.
+
+    Each way has its own runners-up, so that they are not each other's mirror image.
+    """
+    (there_a, there_b), (back_b, back_a) = match_both_ways(apart, match)
+    count = len(points_a), len(points_b)
     return (
-        _clustered(len(a), len(b), shape_a, shape_b, a.points[there_a], b.points[there_b], settings),
-        _clustered(len(b), len(a), shape_b, shape_a, b.points[back_b], a.points[back_a], settings),
+        _clustered(*count, shape_a, shape_b, points_a[there_a], points_b[there_b], settings),
+        _clustered(*count[::-1], shape_b, shape_a, points_b[back_b], points_a[back_a], settings),
     )
 
 
@@ -62,6 +72,8 @@ def _clustered(
 
 def clustered_matches(a: Points, b: Points, settings: RegistrationSettings) -> NDArray[np.bool_]:
     """Which matched points (N, 2) DBSCAN does not call noise, (N,); points and epsilon in widths of their pictures."""
+    if settings.cluster == "none":
+        return np.ones(len(a), bool)
     if settings.cluster == "displacement":
         return _grouped(np.column_stack((a, b - a)), settings)
     return _grouped(a, settings) & _grouped(b, settings)

@@ -80,7 +80,6 @@ def match_features(a: Features, b: Features, settings: MatchSettings) -> Matches
     return mutual_matches(hamming(a.descriptors, b.descriptors), None, settings)
 
 
-def match_both_ways(a: Features, b: Features, settings: MatchSettings) -> tuple[Matches, Matches]:
-    """`match_features` of A and B, and of B and A, from the same distances."""
-    distances = hamming(a.descriptors, b.descriptors)
+def match_both_ways(distances: NDArray[np.float32], settings: MatchSettings) -> tuple[Matches, Matches]:
+    """`mutual_matches` of A and B, and of B and A, from the same distances (N, M); each way has its own runners-up."""
     return mutual_matches(distances, None, settings), mutual_matches(distances.T.copy(), None, settings)

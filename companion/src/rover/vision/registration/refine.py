@@ -6,6 +6,7 @@ wanted. Once the pictures nearly coincide, small windows can be compared directl
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -17,23 +18,31 @@ from rover.vision.registration.homography import apply_homography
 Points = NDArray[np.float64]
 
 
+# Of the flow at one point: so many steps, or until one moves it by less, pixels.
+ENOUGH = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.03)
+
+
 @dataclass(frozen=True)
 class RefineSettings:
     """rounds: how often the picture is laid on again. corners, quality, distance: points to be tracked.
 
-    window: side of the compared windows. round_trip_px: how far a point may land from its start when tracked back.
+    spacing: least distance between them, a share of the picture's width: what is textured must not take them all.
+    window: side of the compared windows; halvings: in how many smaller pictures they are compared first.
+    round_trip_px: how far a point may land from its start when tracked back.
     scale_px: where a residual begins to count less (Cauchy). min_points: fewer change nothing.
     max_shift_px: a correction beyond what the windows can bridge is none.
     """
 
-    rounds: int = 2
-    corners: int = 800
+    rounds: int = 1
+    corners: int = 500
     quality: float = 0.005
-    distance: int = 6
-    window: int = 21
+    distance: int = 5
+    spacing: float = 0.02
+    window: int = 15
+    halvings: int = 1
     round_trip_px: float = 0.5
     scale_px: float = 0.5
-    min_points: int = 40
+    min_points: int = 25
     max_shift_px: float = 20.0
 
 
@@ -62,23 +71,24 @@ def refine_homography(
 
 
 def refine_from_afar(
-    picture_a: NDArray[np.uint8],
-    picture_b: NDArray[np.uint8],
+    pyramid_a: Sequence[NDArray[np.uint8]],
+    pyramid_b: Sequence[NDArray[np.uint8]],
     homography: Points,
     settings: RefineSettings,
-    halvings: int = 2,
+    levels: Sequence[int],
 ) -> Points:
     """As `refine_homography`, from a guess that is off by more: first in pictures halved, so that only what is large
     in them counts. In full pictures the windows would fit bricks and blades of grass to their neighbours.
+
+    levels: how often the pictures are halved, the smallest first.
     """
-    if halvings > 0:
-        half_a, half_b = (np.asarray(cv2.pyrDown(picture), np.uint8) for picture in (picture_a, picture_b))
-        halve = np.diag((0.5, 0.5, 1.0))
-        guess = halve @ homography @ np.linalg.inv(halve)
-        refined = refine_from_afar(half_a, half_b, guess / guess[2, 2], settings, halvings - 1)
-        homography = np.linalg.inv(halve) @ refined @ halve
+    for level in levels:
+        smaller = np.diag((0.5**level, 0.5**level, 1.0))
+        guess = smaller @ homography @ np.linalg.inv(smaller)
+        refined = refine_homography(pyramid_a[level], pyramid_b[level], guess / guess[2, 2], settings)
+        homography = np.linalg.inv(smaller) @ refined @ smaller
         homography = homography / homography[2, 2]
-    return refine_homography(picture_a, picture_b, homography, settings)
+    return homography
 
 
 def fit_homography(start: Points, end: Points, scale_px: float, iterations: int = 12) -> Points | None:
@@ -137,8 +147,9 @@ def follow(
     start = points.astype(np.float32).reshape(-1, 1, 2)
     window = (settings.window, settings.window)
     # The stub does not know that the end points may be None, as in OpenCV's own examples.
-    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, start, None, winSize=window, maxLevel=2)  # type: ignore[call-overload]
-    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, winSize=window, maxLevel=2)  # type: ignore[call-overload]
+    how = {"winSize": window, "maxLevel": settings.halvings, "criteria": ENOUGH}
+    there, found, _ = cv2.calcOpticalFlowPyrLK(laid, picture_b, start, None, **how)  # type: ignore[call-overload]
+    back, returned, _ = cv2.calcOpticalFlowPyrLK(picture_b, laid, there, None, **how)  # type: ignore[call-overload]
     apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
     good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart <= settings.round_trip_px)
     return there.reshape(-1, 2).astype(np.float64), good
@@ -157,6 +168,7 @@ def strongest_corners(
 def _corners_followed(
     laid: NDArray[np.uint8], mask: NDArray[np.uint8], picture_b: NDArray[np.uint8], settings: RefineSettings
 ) -> tuple[Points, Points]:
-    start = strongest_corners(laid, settings.corners, settings.quality, settings.distance, mask)
+    distance = max(settings.distance, settings.spacing * laid.shape[1])
+    start = strongest_corners(laid, settings.corners, settings.quality, distance, mask)
     there, good = follow(laid, picture_b, start, settings)
     return start[good], there[good]

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from rover.vision.registration.blobs import BlobSettings
 from rover.vision.registration.cluster import EPSILON_PX, MIN_POINTS
 from rover.vision.registration.features import FeatureSettings
 from rover.vision.registration.matching import MatchSettings
 from rover.vision.registration.preprocess import PreprocessSettings
 from rover.vision.registration.refine import RefineSettings
 
-Cluster = Literal["displacement", "position"]
+Cluster = Literal["displacement", "position", "none"]
 Estimator = Literal["magsac", "ransac"]
 
 # The paper's ε as a share of its picture's width; it clusters by position.
@@ -20,7 +21,9 @@ PAPER_EPSILON = EPSILON_PX / 320.0
 
 @dataclass(frozen=True)
 class RegistrationSettings:
-    """cluster: DBSCAN on matches by position and displacement, or by position in each picture as in the paper.
+    """features: ORB's. blobs: SIFT's, asked where ORB's lead to nothing and `use_blobs` allows it.
+
+    cluster: DBSCAN on matches by position and displacement, by position in each picture as in the paper, or none.
 
     epsilon: of DBSCAN, a share of the picture's width; min_points: its core points.
     estimator: OpenCV's USAC_MAGSAC, or its plain RANSAC.
@@ -28,9 +31,11 @@ class RegistrationSettings:
 
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
+    one_scale: factor by which the pictures' scales may differ before the finer one is made smaller.
     min_kept: share of as many matches as before that must agree after the refinement; with fewer it is not used.
     rival: share of as many matches that may agree with another place: of two windows that look alike, which is it?
-    min_overlap: share of A that must lie in B: beyond, the homography is a guess. min_agreement: see `agreement`.
+    min_overlap: share of A that must lie in B, or of B in A: beyond, the homography is a guess.
+    min_agreement: see `agreement`.
     coarse: of the way by a similarity: how far a match may lie from where it is put, a share of B's width;
     coarse_inliers: matches that must agree so far; coarse_rival: share of as many that may agree with something
     else; coarse_kept: with the refined homography, to `inlier_px`.
@@ -46,9 +51,11 @@ class RegistrationSettings:
     )
     features: FeatureSettings = field(
         default_factory=lambda: FeatureSettings(
-            count=2000, columns=12, rows=9, levels=8, scale=1.2, patch=31, threshold_start=20
+            count=1200, surplus=2, columns=12, rows=9, levels=8, scale=1.2, patch=31, threshold_start=20
         )
     )
+    blobs: BlobSettings = field(default_factory=BlobSettings)
+    use_blobs: bool = True
     match: MatchSettings = field(default_factory=lambda: MatchSettings(max_distance=72.0, ratio=0.85))
     cluster: Cluster = "displacement"
     epsilon: float = 40.0 / 320.0
@@ -58,6 +65,7 @@ class RegistrationSettings:
     min_inliers: int = 14
     min_ratio: float = 0.28
     min_spread: float = 0.01
+    one_scale: float = 1.4
     refine: RefineSettings = field(default_factory=RefineSettings)
     min_kept: float = 0.6
     rival: float = 0.5

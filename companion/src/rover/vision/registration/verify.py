@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.vision.registration.prepared import Pyramid
 from rover.vision.registration.refine import lay
 
 # Pixels of σ over which both are smoothed first: noise agrees with nothing, and parallax moves edges a little.
@@ -22,25 +23,22 @@ TILES = 5
 NOTHING_ALIKE = 0.2
 
 
-def agreement(
-    picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: NDArray[np.float64]
-) -> float:
+def agreement(pyramid_a: Pyramid, pyramid_b: Pyramid, homography: NDArray[np.float64], level: int) -> float:
     """Correlation (-1 to 1) of A laid on B with B, where both are; 0 where they hardly overlap or hold no texture.
 
-    Pictures: (H, W) uint8 of `local_contrast`, so that a hot corner in both does not pass for agreement.
+    Pyramids: of `local_contrast`, so that a hot corner in both does not pass for agreement. homography: of full size;
+    level: how often the pictures that are compared were halved.
     """
-    shown = _both(picture_a, picture_b, homography)
+    shown = _both(pyramid_a, pyramid_b, homography, level)
     return 0.0 if shown is None else _correlation(shown[0][shown[2]], shown[1][shown[2]])
 
 
-def disagreeing_share(
-    picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: NDArray[np.float64]
-) -> float:
+def disagreeing_share(pyramid_a: Pyramid, pyramid_b: Pyramid, homography: NDArray[np.float64], level: int) -> float:
     """Share of what both pictures show (0 to 1, tile by tile) in which they have nothing in common.
 
     A homography that is right in one corner alone agrees there so well that the whole still does.
     """
-    shown = _both(picture_a, picture_b, homography)
+    shown = _both(pyramid_a, pyramid_b, homography, level)
     if shown is None:
         return 1.0
     a, b, both = shown
@@ -57,14 +55,16 @@ def disagreeing_share(
 
 
 def _both(
-    picture_a: NDArray[np.uint8], picture_b: NDArray[np.uint8], homography: NDArray[np.float64]
+    pyramid_a: Pyramid, pyramid_b: Pyramid, homography: NDArray[np.float64], level: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]] | None:
     """A laid on B and B, smoothed, and where both are; None where they hardly overlap."""
-    laid = lay(picture_a, picture_b, homography)
+    smaller = np.diag((0.5**level, 0.5**level, 1.0))
+    laid = lay(pyramid_a[level], pyramid_b[level], smaller @ homography @ np.linalg.inv(smaller))
     if laid is None:
         return None
     a, b = (
-        np.asarray(cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR_PX), np.float32) for p in (laid[0], picture_b)
+        np.asarray(cv2.GaussianBlur(p.astype(np.float32), (0, 0), BLUR_PX * 0.5**level), np.float32)
+        for p in (laid[0], pyramid_b[level])
     )
     return a, b, laid[1] > 0
 

@@ -49,8 +49,9 @@ def adjust(scene: Scene, scale: float, iterations: int = 20, tolerance: float = 
     """
     damping = 1e-4
     cost = _cost(scene, scale)
+    pairs = _pairs(scene.point)
     for _ in range(iterations):
-        step = _step(scene, scale, damping)
+        step = _step(scene, scale, damping, pairs)
         moved = None if step is None else _move(scene, *step)
         new = np.inf if moved is None else _cost(moved, scale)
         if moved is None or not new < cost:
@@ -88,32 +89,29 @@ def _jacobians(scene: Scene) -> tuple[Points, Points]:
     return by_pose, by_point
 
 
-def _step(scene: Scene, scale: float, damping: float) -> tuple[Points, Points] | None:
+def _step(
+    scene: Scene, scale: float, damping: float, pairs: tuple[NDArray[np.intp], NDArray[np.intp]]
+) -> tuple[Points, Points] | None:
     frames, points = len(scene.rotations), len(scene.points)
     left = scene.residuals()
     weight = 1.0 / (1.0 + (left**2).sum(axis=1) / scale**2)
     by_pose, by_point = _jacobians(scene)
     weighted_pose, weighted_point = by_pose * weight[:, None, None], by_point * weight[:, None, None]
-    pose_block = np.zeros((frames, 6, 6))
-    np.add.at(pose_block, scene.frame, weighted_pose.transpose(0, 2, 1) @ by_pose)
-    pose_pull = np.zeros((frames, 6))
-    np.add.at(pose_pull, scene.frame, np.einsum("nij,ni->nj", weighted_pose, left))
-    point_block = np.zeros((points, 3, 3))
-    np.add.at(point_block, scene.point, weighted_point.transpose(0, 2, 1) @ by_point)
-    point_pull = np.zeros((points, 3))
-    np.add.at(point_pull, scene.point, np.einsum("nij,ni->nj", weighted_point, left))
+    pose_block = _summed(scene.frame, weighted_pose.transpose(0, 2, 1) @ by_pose, frames)
+    pose_pull = _summed(scene.frame, np.einsum("nij,ni->nj", weighted_pose, left), frames)
+    point_block = _summed(scene.point, weighted_point.transpose(0, 2, 1) @ by_point, points)
+    point_pull = _summed(scene.point, np.einsum("nij,ni->nj", weighted_point, left), points)
     point_block += np.eye(3) * (damping * np.trace(point_block, axis1=1, axis2=2)[:, None, None] / 3 + 1e-12)
     inverse = np.linalg.inv(point_block)
     mixed = weighted_pose.transpose(0, 2, 1) @ by_point  # (N, 6, 3)
     reduced = mixed @ inverse[scene.point]  # (N, 6, 3)
-    system = np.zeros((frames, frames, 6, 6))
+    first, second = pairs
+    product = reduced[first] @ mixed[second].transpose(0, 2, 1)
+    between = _summed(scene.frame[first] * frames + scene.frame[second], product, frames * frames)
+    system = -between.reshape(frames, frames, 6, 6)
     at = np.arange(frames)
-    system[at, at] = pose_block * (1 + damping * np.eye(6))
-    for first, second in _pairs(scene.point):
-        product = reduced[first] @ mixed[second].transpose(0, 2, 1)
-        np.subtract.at(system, (scene.frame[first], scene.frame[second]), product)
-    pull = pose_pull.copy()
-    np.subtract.at(pull, scene.frame, np.einsum("nij,nj->ni", reduced, point_pull[scene.point]))
+    system[at, at] += pose_block * (1 + damping * np.eye(6))
+    pull = pose_pull - _summed(scene.frame, np.einsum("nij,nj->ni", reduced, point_pull[scene.point]), frames)
     size = 6 * frames
     matrix = system.transpose(0, 2, 1, 3).reshape(size, size)[6:, 6:]
     try:
@@ -121,25 +119,35 @@ def _step(scene: Scene, scale: float, damping: float) -> tuple[Points, Points] |
     except np.linalg.LinAlgError:
         return None
     pose_steps = np.concatenate((np.zeros(6), pose_step)).reshape(frames, 6)
-    back = np.zeros((points, 3))
-    np.add.at(back, scene.point, np.einsum("nij,ni->nj", mixed, pose_steps[scene.frame]))
+    back = _summed(scene.point, np.einsum("nij,ni->nj", mixed, pose_steps[scene.frame]), points)
     return pose_steps, np.einsum("nij,nj->ni", inverse, point_pull - back)
 
 
-def _pairs(point: NDArray[np.intp]) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """All ordered pairs of observations of one point, as index arrays; one entry for each distance in the list."""
+def _pairs(point: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """All ordered pairs of observations of one point, also with themselves, as two index arrays."""
     order = np.argsort(point, kind="stable")
     ordered = point[order]
-    pairs = [(order, order)]
+    first, second = [order], [order]
     gap = 1
     while gap < len(order):
         same = ordered[gap:] == ordered[:-gap]
         if not same.any():
             break
-        first, second = order[:-gap][same], order[gap:][same]
-        pairs += [(first, second), (second, first)]
+        first += [order[:-gap][same], order[gap:][same]]
+        second += [order[gap:][same], order[:-gap][same]]
         gap += 1
-    return pairs
+    return np.concatenate(first), np.concatenate(second)
+
+
+def _summed(group: NDArray[np.intp], values: Points, groups: int) -> Points:
+    """Sums (groups, …) of the values (N, …) of each group; many times faster than `np.add.at`."""
+    total = np.zeros((groups, *values.shape[1:]))
+    if len(group):
+        order = np.argsort(group, kind="stable")
+        ordered = group[order]
+        begins = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]])
+        total[ordered[begins]] = np.add.reduceat(values[order], begins, axis=0)
+    return total
 
 
 def _move(scene: Scene, pose_steps: Points, point_steps: Points) -> Scene:

@@ -1,16 +1,16 @@
 """Camera poses from a folder of frames alone: any scene that is flat enough to be registered, at an unknown scale.
 
-    1. register each frame with the ones before it
-    2. choose corners in each frame, follow them into its neighbours to a fraction of a pixel
-    3. the first homography gives a plane (eq. 7, 8) on which its corners lie; each further frame is placed by PnP
-       among the points known so far, and its own corners put on the plane that these suggest
-    4. the last poses and points are adjusted together, the points free to leave the plane; at the end all are
+1. register each frame with the ones before it
+2. choose corners in each frame, follow them into its neighbours to a fraction of a pixel
+3. the first homography gives a plane (eq. 7, 8) on which its corners lie; each further frame is placed by PnP
+   among the points known so far, and its own corners put on the plane that these suggest
+4. the last poses and points are adjusted together, the points free to leave the plane; at the end all are
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -20,7 +20,14 @@ from rover.vision.camera.model import CameraModel
 from rover.vision.camera.pose import CameraPose
 from rover.vision.registration.homography import apply_homography
 from rover.vision.registration.refine import RefineSettings, follow, lay, strongest_corners
-from rover.vision.registration.register import Picture, Prepared, RegistrationSettings, prepare, register_prepared
+from rover.vision.registration.register import (
+    Picture,
+    Prepared,
+    RegistrationSettings,
+    prepare,
+    register_near,
+    register_prepared,
+)
 from rover.vision.tracking.bundle import Scene, adjust
 
 Points = NDArray[np.float64]
@@ -37,7 +44,7 @@ class SequenceSettings:
     """
 
     registration: RegistrationSettings = field(default_factory=RegistrationSettings)
-    follow: RefineSettings = field(default_factory=RefineSettings)
+    follow: RefineSettings = field(default_factory=lambda: RefineSettings(window=21, halvings=2))
     reach: int = 3
     corners: int = 250
     min_seen: int = 1
@@ -47,6 +54,7 @@ class SequenceSettings:
     whole: int = 120
     scale_px: float = 0.5
     iterations: int = 12
+    window_iterations: int = 4
 
 
 @dataclass
@@ -71,7 +79,7 @@ def track_sequence(
     homographies: dict[tuple[int, int], Points] = {}
     for number, picture in enumerate(pictures):
         view = _look(number, picture, camera, settings)
-        homographies.update(_link(view, views, settings))
+        homographies.update(_link(view, views, homographies, settings))
         views.append(view)
         if progress is not None:
             progress(number + 1, len(pictures))
@@ -79,7 +87,7 @@ def track_sequence(
     placed = _place(views, homographies, observed, camera, settings)
     numbers = sorted(placed)
     if len(numbers) <= settings.whole:
-        _adjust(numbers, views, placed, observed, camera, settings, (2.0, 1.0))
+        _adjust(numbers, views, placed, observed, camera, settings, (2.0, 1.0), settings.iterations)
     if not numbers:
         return []
     turn, origin = placed[numbers[0]].rotation.T, placed[numbers[0]].position
@@ -98,16 +106,41 @@ def _corners(picture: NDArray[np.uint8], settings: SequenceSettings) -> Points:
     return strongest_corners(picture, settings.corners, settings.follow.quality, distance)
 
 
-def _link(view: _View, views: list[_View], settings: SequenceSettings) -> dict[tuple[int, int], Points]:
-    """Homographies from earlier frames to this one; where none of the last ones fits, older ones are asked."""
+def _link(
+    view: _View, views: list[_View], known: dict[tuple[int, int], Points], settings: SequenceSettings
+) -> dict[tuple[int, int], Points]:
+    """Homographies from earlier frames to this one; where none of the last ones fits, older ones are asked.
+
+    known: those between earlier frames: with the first one found they tell where the others lie.
+    """
     found: dict[tuple[int, int], Points] = {}
     for back, earlier in enumerate(reversed(views[-settings.search :])):
         if back >= settings.reach and found:
             break
-        homography = register_prepared(earlier.prepared, view.prepared, settings.registration).homography
+        homography = _chained(view, earlier, views, found, known, settings)
+        if homography is None:
+            # Blobs cost as much as all the rest: for a frame that is tied by none yet.
+            asked = replace(settings.registration, use_blobs=not found)
+            homography = register_prepared(earlier.prepared, view.prepared, asked).homography
         if homography is not None:
             found[earlier.number, view.number] = homography
     return found
+
+
+def _chained(
+    view: _View,
+    earlier: _View,
+    views: list[_View],
+    found: dict[tuple[int, int], Points],
+    known: dict[tuple[int, int], Points],
+    settings: SequenceSettings,
+) -> Points | None:
+    """By way of a frame in between, where both halves of the way are known."""
+    for (between, _), second in found.items():
+        first = known.get((earlier.number, between))
+        if first is not None:
+            return register_near(earlier.prepared, view.prepared, second @ first, settings.registration)
+    return None
 
 
 # (anchor, frame) → which corners of the anchor were found in the frame, and their rays there (N, 2).
@@ -179,7 +212,16 @@ def _place(
         position = -rotation @ shift.ravel()
         plane = _nearby_plane((space[kept] - position) @ rotation, plane)
         placed[view.number] = _on_plane(view, rotation, position, plane)
-        _adjust(sorted(placed)[-settings.window :], views, placed, observed, camera, settings, (4.0, 1.0))
+        _adjust(
+            sorted(placed)[-settings.window :],
+            views,
+            placed,
+            observed,
+            camera,
+            settings,
+            (4.0, 1.0),
+            settings.window_iterations,
+        )
     return placed
 
 
@@ -238,13 +280,14 @@ def _adjust(
     camera: CameraModel,
     settings: SequenceSettings,
     factors: tuple[float, ...],
+    iterations: int,
 ) -> None:
     """Bundle adjustment of these frames in place. The first factors forgive more: the plane is but a first guess."""
     if len(numbers) < 2:
         return
     scene, kept = _scene(numbers, views, placed, observed, settings)
     for factor in factors:
-        scene = adjust(scene, factor * settings.scale_px / camera.fx, settings.iterations)
+        scene = adjust(scene, factor * settings.scale_px / camera.fx, iterations)
     begin = 0
     for row, number in enumerate(numbers):
         frame, count = placed[number], int(kept[row].sum())

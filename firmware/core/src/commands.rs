@@ -2,7 +2,7 @@
 //! idempotent or carry a token, a counter or an index.
 
 use rover_protocol::messages as m;
-use rover_protocol::messages::{fault_code, hello_busy_wire};
+use rover_protocol::messages::{crash_event_kind, fault_code, hello_busy_wire};
 use rover_protocol::Message;
 
 use crate::clock;
@@ -101,6 +101,9 @@ impl Core {
             }
             m::InjectSensors::ID => {
                 self.inject_sensors(&m::InjectSensors::read(payload)?, now_us)?;
+            }
+            m::CrashRequest::ID => {
+                self.crash_request(m::CrashRequest::read(payload)?.command)?;
             }
             m::Reboot::ID => self.reboot_wanted(&m::Reboot::read(payload)?, wire),
             _ => return None,
@@ -278,8 +281,9 @@ impl Core {
         match reboot.magic {
             RESTART => self.reboot = Some(Reboot::Restart),
             BOOTLOADER => self.reboot = Some(Reboot::Bootloader),
-            _ => {}
+            _ => return,
         }
+        self.note_event(crash_event_kind::REBOOT, 0);
     }
 }
 

@@ -1,9 +1,11 @@
 //! The core itself: one object that owns every part, and the order of things within a tick.
 
-use rover_protocol::messages::{fault_code, State as StateMessage};
+use heapless::Deque;
+use rover_protocol::messages::{crash_event_kind, fault_code, State as StateMessage};
 
 use crate::battery::Battery;
 use crate::bumper::Bumper;
+use crate::crash::{CrashEvent, CrashRecord};
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
 use crate::indicator::indicate;
@@ -89,6 +91,11 @@ pub struct Core {
     last_state: StateMessage,
     /// LED and buzzer.
     signs: (bool, bool),
+    /// The last crash, and the piece of it that is told next.
+    pub(crate) crash: Option<CrashRecord>,
+    pub(crate) crash_told: Option<u8>,
+    /// For the board to keep, see [`Core::take_event`].
+    pub(crate) events: Deque<CrashEvent, 8>,
 }
 
 impl Core {
@@ -98,7 +105,16 @@ impl Core {
         if identity.reset_cause == reset_cause::WATCHDOG {
             faults.raise(fault_code::WATCHDOG, 0);
         }
+        let mut events = Deque::new();
+        let _ = events.push_back(CrashEvent {
+            time_ms: 0,
+            kind: crash_event_kind::START,
+            detail: u16::from(identity.reset_cause),
+        });
         Self {
+            crash: None,
+            crash_told: None,
+            events,
             identity,
             faults,
             settings: Settings::new(&Parameters::default()),
@@ -420,7 +436,8 @@ impl Core {
     fn report(&mut self) {
         let state = self.state_message();
         if state != self.last_state {
-            self.last_state = state;
+            let before = core::mem::replace(&mut self.last_state, state);
+            self.note_change(&before, &state);
             self.link.send_urgent(&state);
         }
         self.send_reports();

@@ -24,6 +24,7 @@ mod bumper;
 mod clock;
 mod commands;
 mod controller;
+pub mod crash;
 mod drive_check;
 mod faults;
 mod fixed_point;

@@ -6,6 +6,7 @@ use rover_protocol::messages::{
 };
 
 use crate::controller::Core;
+use crate::crash;
 use crate::parameters::{ParameterError, Parameters};
 use crate::settings::Settings;
 use crate::storage::{self, Flash, StorageOrder};
@@ -17,6 +18,7 @@ impl Core {
     /// Take the parameters that were saved, and from now on save them there. Once, before the first tick.
     pub fn attach_storage(&mut self, flash: &mut impl Flash) {
         self.has_storage = true;
+        self.crash = crash::load(flash);
         if let Some(parameters) = storage::load(flash) {
             self.parameters = parameters;
             self.parameters_changed();
@@ -97,6 +99,8 @@ impl Core {
 
     pub(crate) fn answer_storage(&mut self, order: StorageOrder, done: bool) {
         let command = match order {
+            // Told by what there is then.
+            StorageOrder::ClearCrash => return,
             StorageOrder::Save => parameter_command::SAVE,
             StorageOrder::Load => parameter_command::LOAD,
         };

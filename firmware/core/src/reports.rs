@@ -26,6 +26,7 @@ impl Core {
             let state = self.state_message();
             self.link.beat(&state);
         }
+        self.tell_crash();
         let dropped = self.link.take_dropped();
         if dropped > 0 {
             self.faults

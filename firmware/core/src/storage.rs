@@ -11,6 +11,8 @@ use crate::parameters::{Parameters, COUNT, DEFINITIONS};
 
 /// Pages that are used; each is erased as a whole.
 pub const PAGES: usize = 2;
+/// The page behind them is for the record of a crash, see [`crate::crash`].
+pub const CRASH_PAGE: usize = PAGES;
 /// Bytes that are programmed at once: a page program of the usual QSPI flash.
 pub const BLOCK: usize = 256;
 
@@ -27,7 +29,7 @@ const _: () = assert!(IMAGE <= BLOCK);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashError;
 
-/// Two pages of flash that the board gives to the parameters.
+/// Pages of flash that the board gives to parameters and crash record.
 pub trait Flash {
     /// Set every byte of the page to 0xFF.
     fn erase(&mut self, page: usize) -> Result<(), FlashError>;
@@ -42,6 +44,8 @@ pub trait Flash {
 pub(crate) enum StorageOrder {
     Save,
     Load,
+    /// Forget the crash record.
+    ClearCrash,
 }
 
 impl StorageOrder {
@@ -56,6 +60,7 @@ impl StorageOrder {
                 }
                 None => false,
             },
+            Self::ClearCrash => flash.erase(CRASH_PAGE).is_ok(),
         }
     }
 }
@@ -152,8 +157,8 @@ fn image(parameters: &Parameters, sequence: u32) -> [u8; BLOCK] {
     block
 }
 
-/// The CRC-32 of zlib, bit by bit: it runs twice in a start.
-fn crc32(bytes: &[u8]) -> u32 {
+/// The CRC-32 of zlib, bit by bit: it runs a few times in a start.
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
             (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())

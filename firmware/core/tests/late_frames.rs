@@ -128,6 +128,7 @@ impl Conversation {
                 echo: 0,
                 bumper: 0,
             }),
+            99 => self.send(&m::CrashRequest { command: 1 }),
             98 => self.send(&m::Reboot {
                 magic: 0x5242_4F54,
                 session,
@@ -256,5 +257,5 @@ fn what_comes_again_or_late_arms_nothing_moves_nothing_and_feeds_nothing() {
         powered_ms > 40_000 && driven_ms > 5_000,
         "{powered_ms} {driven_ms}"
     );
-    assert_eq!(kinds.len(), 18, "every kind of command: {kinds:?}");
+    assert_eq!(kinds.len(), 19, "every kind of command: {kinds:?}");
 }

@@ -3,7 +3,7 @@
 mod rig;
 
 use rig::Rig;
-use rover_core::storage::{Flash, FlashError, BLOCK, PAGES};
+use rover_core::storage::{Flash, FlashError, BLOCK, CRASH_PAGE};
 use rover_core::{Core, Identity};
 use rover_protocol::messages as m;
 use rover_protocol::messages::{
@@ -12,7 +12,7 @@ use rover_protocol::messages::{
 
 #[derive(Default)]
 struct Pages {
-    blocks: [Option<[u8; BLOCK]>; PAGES],
+    blocks: [Option<[u8; BLOCK]>; CRASH_PAGE + 1],
     broken: bool,
 }
 

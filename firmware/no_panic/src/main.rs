@@ -47,6 +47,17 @@ impl Flash for AnyFlash {
 extern "C" fn _start() -> ! {
     let mut core = Core::new(black_box(Identity::default()));
     core.attach_storage(&mut AnyFlash);
+    let crash = rover_core::crash::CrashRecord {
+        cause: 0,
+        task: 0,
+        detail: 0,
+        program_counter: 0,
+        uptime_ms: 0,
+        stack_bytes: 0,
+        count: 0,
+        events: Default::default(),
+    };
+    core.keep_crash(black_box(crash), &mut AnyFlash);
     let mut bytes = [0; 64];
     loop {
         let received = black_box(&bytes).get(..black_box(24)).unwrap_or_default();
@@ -66,6 +77,7 @@ extern "C" fn _start() -> ! {
             ..Inputs::default()
         }));
         black_box(outputs);
+        black_box(core.take_event());
         core.serve_storage(&mut AnyFlash);
         black_box(core.take_reboot());
         let frame = core.transmit_frame();

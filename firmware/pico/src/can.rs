@@ -6,7 +6,6 @@
 
 use core::convert::Infallible;
 
-use embassy_executor::task;
 use embassy_futures::select::{select, Either};
 use embassy_futures::yield_now;
 use embassy_rp::gpio::{Input, Output};
@@ -21,6 +20,7 @@ use rover_mcp2515::{Acceptance, BitTiming, BusState, Configuration, Error, Frame
 use rover_protocol::{messages, Message};
 
 use crate::can_report::{self, Reporter};
+use crate::crash::{self, task};
 use crate::life;
 use crate::overrun::Overrun;
 use crate::pins::{CanPins, CAN_BITRATE, CAN_CRYSTAL};
@@ -138,8 +138,12 @@ impl SpiDevice for Bus {
 
 type Chip = Mcp2515<Bus>;
 
-#[task]
+#[embassy_executor::task]
 pub async fn run(pins: CanPins) {
+    crash::within(task::CAN, work_the_bus(pins)).await
+}
+
+async fn work_the_bus(pins: CanPins) {
     let mut config = Config::default();
     config.frequency = SPI_HZ;
     let bus = Bus {

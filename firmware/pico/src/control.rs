@@ -1,11 +1,11 @@
 //! The control loop: 1 kHz, in an interrupt executor. Gathers the inputs, lets the core decide, sets the outputs.
 
-use embassy_executor::task;
 use embassy_rp::gpio::Input;
 use embassy_time::{Duration, Instant};
 use rover_core::{Core, Inputs, Reboot};
 
 use crate::battery::Battery;
+use crate::crash::{self, task};
 use crate::encoders::Encoders;
 use crate::link::Link;
 use crate::motors::Motors;
@@ -28,8 +28,12 @@ pub struct Hardware {
     pub flash: ParameterFlash,
 }
 
-#[task]
-pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
+#[embassy_executor::task]
+pub async fn run(core: &'static mut Core, hardware: Hardware) {
+    crash::within(task::CONTROL, control(core, hardware)).await
+}
+
+async fn control(core: &'static mut Core, mut hardware: Hardware) -> ! {
     let mut ticker = Ticker::every(PERIOD);
     let mut powered = false;
     loop {
@@ -48,6 +52,9 @@ pub async fn run(core: &'static mut Core, mut hardware: Hardware) {
             sonar: sonar::ECHO.try_take(),
         });
         powered = outputs.powered;
+        while let Some(event) = core.take_event() {
+            crash::note(&event);
+        }
         if powered {
             hardware.motors.drive(outputs.duty_left, outputs.duty_right);
         } else {

@@ -3,10 +3,10 @@
 //! The core sees the level at its next tick and latches. Until then the bridge sleeps; a spike that is gone by the
 //! next tick only costs that millisecond of torque.
 
-use embassy_executor::task;
 use embassy_rp::gpio::Input;
 use embassy_rp::pac;
 
+use crate::crash::{self, task};
 use crate::pins::{EMERGENCY_STOP_MASK, STANDBY_MASK};
 
 /// The input's level now. The switch is normally closed to ground: high means pressed, or a broken wire.
@@ -19,8 +19,12 @@ pub fn cut() {
     pac::SIO.gpio_out(0).value_clr().write_value(STANDBY_MASK);
 }
 
-#[task]
-pub async fn run(mut switch: Input<'static>) {
+#[embassy_executor::task]
+pub async fn run(switch: Input<'static>) {
+    crash::within(task::EMERGENCY_STOP, watch(switch)).await
+}
+
+async fn watch(mut switch: Input<'static>) {
     loop {
         switch.wait_for_high().await;
         cut();

@@ -2,12 +2,12 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use embassy_executor::task;
 use embassy_rp::pac;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
 
 use crate::chip::WATCHDOG_STEPS_PER_US;
+use crate::crash::{self, task};
 use crate::reset;
 
 /// A task that has stopped resets the chip after [`TIMEOUT`] and one [`CHECK`] at most: 5 cm at full speed. The reset
@@ -67,20 +67,34 @@ pub static CAN: Sign = Sign::new();
 pub static SONAR: Sign = Sign::new();
 pub static BATTERY: Sign = Sign::new();
 
-const ALL: [&Sign; 5] = [&CONTROL, &LINK, &CAN, &SONAR, &BATTERY];
+const ALL: [(&Sign, u8); 5] = [
+    (&CONTROL, task::CONTROL),
+    (&LINK, task::LINK),
+    (&CAN, task::CAN),
+    (&SONAR, task::SONAR),
+    (&BATTERY, task::BATTERY),
+];
 
-#[task]
-pub async fn run(mut watchdog: Watchdog) {
+#[embassy_executor::task]
+pub async fn run(watchdog: Watchdog) {
+    crash::within(task::LIFE, look_after(watchdog)).await
+}
+
+async fn look_after(mut watchdog: Watchdog) {
     watchdog.pause_on_debug(true);
     reset::own(&mut watchdog);
     watchdog.start(TIMEOUT);
+    crash::expect_feeding(TIMEOUT);
     let mut ticker = Ticker::every(CHECK);
     loop {
         ticker.next().await;
-        if ALL.iter().all(|sign| sign.is_shown()) {
+        let missing = ALL.iter().find(|(sign, _)| !sign.is_shown());
+        crash::checked(missing.map_or(task::IDLE, |(_, task)| *task));
+        if missing.is_none() {
             watchdog.feed(TIMEOUT);
+            crash::expect_feeding(TIMEOUT);
             // A sign shown between the check and here is lost, which costs one check and not the chip.
-            ALL.iter().for_each(|sign| sign.clear());
+            ALL.iter().for_each(|(sign, _)| sign.clear());
         }
     }
 }

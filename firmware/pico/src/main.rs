@@ -16,6 +16,7 @@ mod can_report;
 mod chip;
 mod chunk;
 mod control;
+mod crash;
 mod emergency;
 mod encoders;
 mod life;
@@ -63,7 +64,9 @@ fn once<S>(token: Result<SpawnToken<S>, SpawnError>) -> SpawnToken<S> {
 async fn main(spawner: Spawner) {
     let board = pins::Board::new(embassy_rp::init(Default::default()));
     let mut watchdog = Watchdog::new(board.watchdog);
-    let identity = mark::identity(reset::cause(&mut watchdog));
+    let reset_cause = reset::cause(&mut watchdog);
+    let crashed = crash::begin(reset_cause);
+    let identity = mark::identity(reset_cause);
 
     usb::start(board.usb, spawner);
     spawner.spawn(once(can::run(board.can)));
@@ -79,6 +82,9 @@ async fn main(spawner: Spawner) {
     let core = CORE.init(Core::new(identity));
     let mut flash = storage::ParameterFlash::new(board.flash);
     core.attach_storage(&mut flash);
+    if let Some(record) = crashed {
+        core.keep_crash(record, &mut flash);
+    }
     let hardware = control::Hardware {
         link: link::Link::new(uart::Uart::new(board.link)),
         battery: battery::Battery::new(board.battery),

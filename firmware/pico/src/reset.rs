@@ -4,9 +4,11 @@ use core::panic::PanicInfo;
 
 use embassy_rp::watchdog::{ResetReason, Watchdog};
 use embassy_rp::{pac, rom_data};
-use rover_protocol::messages::hello_build_reset_cause as cause;
+use rover_protocol::messages::{
+    crash_cause_cause as crash_cause, hello_build_reset_cause as cause,
+};
 
-use crate::{chip, emergency};
+use crate::{chip, crash, emergency};
 
 /// Scratch register of the watchdog that tells whose time-out it was; the boot ROM leaves this one alone.
 const OWNER: usize = 0;
@@ -54,11 +56,16 @@ fn halt() -> ! {
 }
 
 #[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
+fn panic(info: &PanicInfo) -> ! {
+    let (line, place) = info.location().map_or((0, 0), |at| {
+        (at.line() as u16, core::ptr::from_ref(at) as u32)
+    });
+    crash::die(crash_cause::PANIC, line, place);
     halt()
 }
 
 #[cortex_m_rt::exception]
-unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+    crash::die(crash_cause::HARD_FAULT, 0, frame.pc());
     halt()
 }

@@ -2,12 +2,12 @@
 //!
 //! Runs in the executor above the control loop, as a tick that delays the time stamp by 100 us would add 17 mm.
 
-use embassy_executor::task;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{with_timeout, Duration, Instant, Timer};
 use rover_core::SonarEcho;
 
+use crate::crash::{self, task};
 use crate::life;
 use crate::pins::SonarPins;
 
@@ -43,8 +43,12 @@ async fn ping(sonar: &mut SonarPins) -> Option<u32> {
     Some(fell.map_or(0, |()| rise.elapsed().as_micros() as u32))
 }
 
-#[task]
-pub async fn run(mut sonars: [SonarPins; 3]) {
+#[embassy_executor::task]
+pub async fn run(sonars: [SonarPins; 3]) {
+    crash::within(task::SONAR, ping_them(sonars)).await
+}
+
+async fn ping_them(mut sonars: [SonarPins; 3]) {
     loop {
         life::SONAR.show();
         let Ok(sensor) = with_timeout(life::IDLE, TRIGGER.wait()).await else {

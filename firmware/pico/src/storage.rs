@@ -13,7 +13,7 @@ use crate::chip::FLASH_SIZE;
 /// The linker script of the chip keeps the linker out of what follows.
 const START: u32 = (FLASH_SIZE - 16 * 1024) as u32;
 
-/// Two sectors.
+/// Two sectors for parameters, and one for the record of a crash.
 pub struct ParameterFlash(Chip<'static, FLASH, Blocking, FLASH_SIZE>);
 
 impl ParameterFlash {

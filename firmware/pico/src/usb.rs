@@ -4,7 +4,7 @@
 //! nothing here ever runs, so there is no sign of life either: if these tasks were to hang, so would those of the CAN
 //! bus and the watchdog, which share their executor.
 
-use embassy_executor::{task, Spawner};
+use embassy_executor::Spawner;
 use embassy_rp::bind_interrupts;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
@@ -21,6 +21,7 @@ use rover_core::Core;
 use static_cell::StaticCell;
 
 use crate::chunk::Chunk;
+use crate::crash::{self, task};
 use crate::once;
 
 bind_interrupts!(struct Irqs {
@@ -85,13 +86,17 @@ pub fn start(usb: Peri<'static, USB>, spawner: Spawner) {
     spawner.spawn(once(receive(receiver)));
 }
 
-#[task]
+#[embassy_executor::task]
 async fn device(mut device: UsbDevice<'static, Port>) {
-    device.run().await
+    crash::within(task::USB, device.run()).await
 }
 
-#[task]
-async fn transmit(mut sender: Sender<'static, Port>) {
+#[embassy_executor::task]
+async fn transmit(sender: Sender<'static, Port>) {
+    crash::within(task::USB, transmit_packets(sender)).await
+}
+
+async fn transmit_packets(mut sender: Sender<'static, Port>) {
     let mut bytes = [0; SHORT];
     loop {
         sender.wait_connection().await;
@@ -105,8 +110,12 @@ async fn transmit(mut sender: Sender<'static, Port>) {
     }
 }
 
-#[task]
-async fn receive(mut receiver: Receiver<'static, Port>) {
+#[embassy_executor::task]
+async fn receive(receiver: Receiver<'static, Port>) {
+    crash::within(task::USB, receive_packets(receiver)).await
+}
+
+async fn receive_packets(mut receiver: Receiver<'static, Port>) {
     let mut bytes = [0; PACKET as usize];
     loop {
         receiver.wait_connection().await;

@@ -5,7 +5,7 @@ use std::io;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
-use rover_core::storage::{Flash, FlashError, BLOCK, PAGES};
+use rover_core::storage::{Flash, FlashError, BLOCK, CRASH_PAGE};
 
 /// As on the board.
 const PAGE: usize = 4096;
@@ -21,7 +21,7 @@ impl ParameterFile {
             .create(true)
             .truncate(false)
             .open(path)?;
-        let (length, wanted) = (file.metadata()?.len(), (PAGES * PAGE) as u64);
+        let (length, wanted) = (file.metadata()?.len(), ((CRASH_PAGE + 1) * PAGE) as u64);
         if length < wanted {
             let missing = vec![0xff; (wanted - length) as usize];
             file.write_all_at(&missing, length)?;

@@ -5,7 +5,7 @@ Written by `python -m tools.generate`: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0x7420F5D2
+SCHEMA_HASH = 0x644F0FE7
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
@@ -77,6 +77,14 @@ TestMode = Message("TestMode", 0x130, 3, (("enable", 0, 1, False), ("key", 1, 2,
 InjectWheels = Message("InjectWheels", 0x131, 8, (("left", 0, 4, True), ("right", 4, 4, True),))
 # All other measurements in test mode.
 InjectSensors = Message("InjectSensors", 0x132, 8, (("battery", 0, 2, False), ("emergency_stop", 2, 1, False), ("sonar", 3, 1, False), ("echo", 4, 3, False), ("bumper", 7, 1, False),))
+# Asks for the record of the last crash, or clears it.
+CrashRequest = Message("CrashRequest", 0x140, 1, (("command", 0, 1, False),))
+# Answer to CrashRequest: what crashed. Cause None and nothing more when there is no record.
+CrashCause = Message("CrashCause", 0x141, 8, (("cause", 0, 1, False), ("task", 1, 1, False), ("detail", 2, 2, False), ("program_counter", 4, 4, False),))
+# Second answer to CrashRequest.
+CrashTime = Message("CrashTime", 0x142, 7, (("uptime", 0, 4, False), ("stack", 4, 2, False), ("events", 6, 1, False),))
+# One of the last events before the crash, the oldest first.
+CrashEvent = Message("CrashEvent", 0x143, 8, (("index", 0, 1, False), ("kind", 1, 1, False), ("detail", 2, 2, False), ("time", 4, 4, False),))
 # Restarts. Ignored while armed, while a wheel turns, and from another session or wire than the last Hello, whatever its schema.
 Reboot = Message("Reboot", 0x7F0, 6, (("magic", 0, 4, False), ("session", 4, 2, False),))
 
@@ -116,6 +124,10 @@ BY_ID = {
     0x130: TestMode,
     0x131: InjectWheels,
     0x132: InjectSensors,
+    0x140: CrashRequest,
+    0x141: CrashCause,
+    0x142: CrashTime,
+    0x143: CrashEvent,
     0x7F0: Reboot,
 }
 BY_NAME = {message.name: message for message in BY_ID.values()}
@@ -136,6 +148,8 @@ SCALES: dict[str, dict[str, float]] = {
     "MotorDuty": {"left": 3.0517578125e-05, "right": 3.0517578125e-05},
     "TelemetryRate": {"period": 0.001},
     "InjectSensors": {"battery": 0.001, "echo": 1e-06},
+    "CrashTime": {"uptime": 0.001},
+    "CrashEvent": {"time": 0.001},
 }
 
 # State.state
@@ -224,6 +238,39 @@ PARAMETER_COMMAND_DEFAULTS = 1
 PARAMETER_COMMAND_LOAD = 2
 PARAMETER_COMMAND_NAMES = {0: "Save", 1: "Defaults", 2: "Load"}
 
+# CrashRequest.command
+CRASH_REQUEST_COMMAND_READ = 0
+CRASH_REQUEST_COMMAND_CLEAR = 1
+CRASH_REQUEST_COMMAND_NAMES = {0: "Read", 1: "Clear"}
+
+# CrashCause.cause
+CRASH_CAUSE_NONE = 0
+CRASH_CAUSE_PANIC = 1
+CRASH_CAUSE_HARD_FAULT = 2
+CRASH_CAUSE_WATCHDOG = 3
+CRASH_CAUSE_NAMES = {0: "None", 1: "Panic", 2: "HardFault", 3: "Watchdog"}
+
+# CrashCause.task
+CRASH_CAUSE_TASK_IDLE = 0
+CRASH_CAUSE_TASK_CONTROL = 1
+CRASH_CAUSE_TASK_EMERGENCY_STOP = 2
+CRASH_CAUSE_TASK_SONAR = 3
+CRASH_CAUSE_TASK_CAN = 4
+CRASH_CAUSE_TASK_USB = 5
+CRASH_CAUSE_TASK_LIFE = 6
+CRASH_CAUSE_TASK_LINK = 7
+CRASH_CAUSE_TASK_BATTERY = 8
+CRASH_CAUSE_TASK_NAMES = {0: "Idle", 1: "Control", 2: "EmergencyStop", 3: "Sonar", 4: "Can", 5: "Usb", 6: "Life", 7: "Link", 8: "Battery"}
+
+# CrashEvent.kind
+CRASH_EVENT_KIND_NONE = 0
+CRASH_EVENT_KIND_START = 1
+CRASH_EVENT_KIND_STATE = 2
+CRASH_EVENT_KIND_FAULT = 3
+CRASH_EVENT_KIND_FAULT_OVER = 4
+CRASH_EVENT_KIND_REBOOT = 5
+CRASH_EVENT_KIND_NAMES = {0: "None", 1: "Start", 2: "State", 3: "Fault", 4: "FaultOver", 5: "Reboot"}
+
 # Value tables by message and field: VALUES["State"]["cause"][4] == "DeadMan".
 VALUES: dict[str, dict[str, dict[int, str]]] = {
     "State": {"state": STATE_NAMES, "cause": STATE_CAUSE_NAMES},
@@ -234,6 +281,9 @@ VALUES: dict[str, dict[str, dict[int, str]]] = {
     "HelloBusy": {"wire": HELLO_BUSY_WIRE_NAMES},
     "ParameterValue": {"status": PARAMETER_VALUE_STATUS_NAMES},
     "ParameterCommand": {"command": PARAMETER_COMMAND_NAMES},
+    "CrashRequest": {"command": CRASH_REQUEST_COMMAND_NAMES},
+    "CrashCause": {"cause": CRASH_CAUSE_NAMES, "task": CRASH_CAUSE_TASK_NAMES},
+    "CrashEvent": {"kind": CRASH_EVENT_KIND_NAMES},
 }
 
 

@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0x7420f5d2;
+pub const SCHEMA_HASH: u32 = 0x644f0fe7;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -46,6 +46,10 @@ pub const fn length(identifier: u16) -> Option<usize> {
         TestMode::ID => Some(TestMode::LENGTH),
         InjectWheels::ID => Some(InjectWheels::LENGTH),
         InjectSensors::ID => Some(InjectSensors::LENGTH),
+        CrashRequest::ID => Some(CrashRequest::LENGTH),
+        CrashCause::ID => Some(CrashCause::LENGTH),
+        CrashTime::ID => Some(CrashTime::LENGTH),
+        CrashEvent::ID => Some(CrashEvent::LENGTH),
         Reboot::ID => Some(Reboot::LENGTH),
         _ => None,
     }
@@ -1272,6 +1276,192 @@ impl Message for InjectSensors {
             bumper: p[7],
         })
     }
+}
+
+/// Asks for the record of the last crash, or clears it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CrashRequest {
+    /// 1 is ignored while armed; both are answered by what the record is then; 0 Read, 1 Clear.
+    pub command: u8,
+}
+
+impl Message for CrashRequest {
+    const ID: u16 = 0x140;
+    const LENGTH: usize = 1;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let b0 = self.command;
+        *out = [b0, 0, 0, 0, 0, 0, 0, 0];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 1] = payload.try_into().ok()?;
+        Some(Self { command: p[0] })
+    }
+}
+
+/// Values of `CrashRequest::command`.
+pub mod crash_request_command {
+    /// Read.
+    pub const READ: u8 = 0;
+    /// Clear.
+    pub const CLEAR: u8 = 1;
+}
+
+/// Answer to CrashRequest: what crashed. Cause None and nothing more when there is no record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CrashCause {
+    /// 0 None, 1 Panic, 2 HardFault, 3 Watchdog.
+    pub cause: u8,
+    /// That ran, or that had shown no life for longest; 0 Idle, 1 Control, 2 EmergencyStop, 3 Sonar, 4 Can,
+    /// 5 Usb, 6 Life, 7 Link, 8 Battery.
+    pub task: u8,
+    /// Of a panic its line in the source, else 0.
+    pub detail: u16,
+    /// Of a hard fault the instruction that failed, of the watchdog the one that ran just before, of a
+    /// panic the address of its core::panic::Location in the image; 0 when it is not known.
+    pub program_counter: u32,
+}
+
+impl Message for CrashCause {
+    const ID: u16 = 0x141;
+    const LENGTH: usize = 8;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let b0 = self.cause;
+        let b1 = self.task;
+        let [b2, b3] = self.detail.to_le_bytes();
+        let [b4, b5, b6, b7] = self.program_counter.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 8] = payload.try_into().ok()?;
+        Some(Self {
+            cause: p[0],
+            task: p[1],
+            detail: u16::from_le_bytes([p[2], p[3]]),
+            program_counter: u32::from_le_bytes([p[4], p[5], p[6], p[7]]),
+        })
+    }
+}
+
+/// Values of `CrashCause::cause`.
+pub mod crash_cause_cause {
+    /// None.
+    pub const NONE: u8 = 0;
+    /// Panic.
+    pub const PANIC: u8 = 1;
+    /// HardFault.
+    pub const HARD_FAULT: u8 = 2;
+    /// Watchdog.
+    pub const WATCHDOG: u8 = 3;
+}
+
+/// Values of `CrashCause::task`.
+pub mod crash_cause_task {
+    /// Idle.
+    pub const IDLE: u8 = 0;
+    /// Control.
+    pub const CONTROL: u8 = 1;
+    /// EmergencyStop.
+    pub const EMERGENCY_STOP: u8 = 2;
+    /// Sonar.
+    pub const SONAR: u8 = 3;
+    /// Can.
+    pub const CAN: u8 = 4;
+    /// Usb.
+    pub const USB: u8 = 5;
+    /// Life.
+    pub const LIFE: u8 = 6;
+    /// Link.
+    pub const LINK: u8 = 7;
+    /// Battery.
+    pub const BATTERY: u8 = 8;
+}
+
+/// Second answer to CrashRequest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CrashTime {
+    /// In 0.001 s; from the start to the crash.
+    pub uptime: u32,
+    /// In byte; most that the stack has held.
+    pub stack: u16,
+    /// How many follow.
+    pub events: u8,
+}
+
+impl Message for CrashTime {
+    const ID: u16 = 0x142;
+    const LENGTH: usize = 7;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1, b2, b3] = self.uptime.to_le_bytes();
+        let [b4, b5] = self.stack.to_le_bytes();
+        let b6 = self.events;
+        *out = [b0, b1, b2, b3, b4, b5, b6, 0];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 7] = payload.try_into().ok()?;
+        Some(Self {
+            uptime: u32::from_le_bytes([p[0], p[1], p[2], p[3]]),
+            stack: u16::from_le_bytes([p[4], p[5]]),
+            events: p[6],
+        })
+    }
+}
+
+/// One of the last events before the crash, the oldest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CrashEvent {
+    /// Counts from 0.
+    pub index: u8,
+    /// 0 None, 1 Start, 2 State, 3 Fault, 4 FaultOver, 5 Reboot.
+    pub kind: u8,
+    /// Of State its state and 256 times its cause, of a fault its code, of a start its reset cause.
+    pub detail: u16,
+    /// In 0.001 s; since the start.
+    pub time: u32,
+}
+
+impl Message for CrashEvent {
+    const ID: u16 = 0x143;
+    const LENGTH: usize = 8;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let b0 = self.index;
+        let b1 = self.kind;
+        let [b2, b3] = self.detail.to_le_bytes();
+        let [b4, b5, b6, b7] = self.time.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 8] = payload.try_into().ok()?;
+        Some(Self {
+            index: p[0],
+            kind: p[1],
+            detail: u16::from_le_bytes([p[2], p[3]]),
+            time: u32::from_le_bytes([p[4], p[5], p[6], p[7]]),
+        })
+    }
+}
+
+/// Values of `CrashEvent::kind`.
+pub mod crash_event_kind {
+    /// None.
+    pub const NONE: u8 = 0;
+    /// Start.
+    pub const START: u8 = 1;
+    /// State.
+    pub const STATE: u8 = 2;
+    /// Fault.
+    pub const FAULT: u8 = 3;
+    /// FaultOver.
+    pub const FAULT_OVER: u8 = 4;
+    /// Reboot.
+    pub const REBOOT: u8 = 5;
 }
 
 /// Restarts. Ignored while armed, while a wheel turns, and from another session or wire than the last

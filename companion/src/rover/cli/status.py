@@ -21,15 +21,23 @@ Examples:
   rover status --port can:socketcan:can0          a CAN bus, as python-can names it: can:INTERFACE:CHANNEL
   rover status --port "$(jq -r .port runs/demo/rig.json)"        a simulated rig that lost its companion
   rover status --port /dev/ttyACM0 --json | jq -r .cause
+  rover status --port /dev/ttyACM0 --crash        the record of the last crash, kept over restarts
+  rover status --port /dev/ttyACM0 --crash --clear        shows it, then forgets it
 """
 
 
 def command(
     port: Annotated[str, typer.Option("--port", metavar="P", help="Serial port, or can:INTERFACE:CHANNEL.")],
     baud: Annotated[int, typer.Option(min=1200, max=4_000_000, help="Bit rate of a serial port.")] = DEFAULT_BAUD,
+    crash: Annotated[bool, typer.Option("--crash", help="The record of the firmware's last crash.")] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="With --crash: forget the record once it is shown.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
+    if crash or clear:
+        from rover.cli.crash_record import show
+
+        return show(port, baud, clear, as_json)
     from rover.cli.asking import ask_politely
 
     told = ask_politely(port, baud)

@@ -147,10 +147,22 @@ class ParameterValue:
     status: str
 
 
+@dataclass(frozen=True)
+class CrashPiece:
+    """A part of the answer to CrashRequest, as it came: CrashCause, CrashTime or CrashEvent."""
+
+    time: float
+    name: str
+    fields: dict[str, int]
+
+
 Telemetry = (
     WheelMotion | SonarRange | FirmwareState | Battery | Velocity | Odometry | ReferenceDistance | MotionStatus
-    | MotorDuty | FaultReport | LinkQuality | LogLine | ParameterValue
+    | MotorDuty | FaultReport | LinkQuality | LogLine | ParameterValue | CrashPiece
 )  # fmt: skip
+
+
+CRASH_PIECES = ("CrashCause", "CrashTime", "CrashEvent")
 
 
 def fault_names(bits: int) -> tuple[str, ...]:
@@ -172,6 +184,8 @@ class TelemetryReader:
 
     def read(self, name: str, raw: dict[str, int | bytes], received: float) -> Telemetry | None:
         """The telemetry that message `name` completes, or None; `received` is companion time."""
+        if name in CRASH_PIECES:
+            return CrashPiece(received, name, {key: int(value) for key, value in raw.items()})
         if name == "LogText":
             return self._log_text(int(raw["offset"]), bytes(raw["text"]), received)
         values: dict[str, int] = {key: int(value) for key, value in raw.items()}

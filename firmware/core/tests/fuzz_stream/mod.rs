@@ -14,7 +14,7 @@ const EPISODE: u64 = 500_000;
 /// Most that may wait to be sent: two queues of 32 frames and one that is on its way.
 const MOST_WAITING: usize = 65 * MAX_FRAME;
 /// Identifiers of the companion's messages with their lengths, and two that are nobody's.
-pub const COMMANDS: [(u16, usize); 20] = [
+pub const COMMANDS: [(u16, usize); 21] = [
     (8, 1),
     (16, 1),
     (24, 4),
@@ -32,6 +32,7 @@ pub const COMMANDS: [(u16, usize); 20] = [
     (304, 3),
     (305, 8),
     (306, 7),
+    (320, 1),
     (2032, 6),
     (1, 3),
     (80, 8),
@@ -70,7 +71,7 @@ pub fn run(bytes: u64, seed: u64) -> Summary {
 /// Flash that fails now and then and reads noise now and then.
 struct WornFlash {
     random: Random,
-    blocks: [[u8; BLOCK]; 2],
+    blocks: [[u8; BLOCK]; 3],
 }
 
 impl Flash for WornFlash {
@@ -128,7 +129,7 @@ impl Episode {
         let mut random = Random(seed.wrapping_mul(1_000_003).wrapping_add(episode));
         let mut flash = WornFlash {
             random: Random(random.next()),
-            blocks: [[0xff; BLOCK]; 2],
+            blocks: [[0xff; BLOCK]; 3],
         };
         let mut core = Core::new(Identity::default());
         core.attach_storage(&mut flash);

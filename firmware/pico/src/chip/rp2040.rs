@@ -17,6 +17,8 @@ pub const WATCHDOG_STEPS_PER_US: u32 = 2;
 pub const TIMER: pac::timer::Timer = pac::TIMER;
 /// Interrupt of its alarm for the control loop.
 pub const CONTROL_TICK: Interrupt = Interrupt::TIMER_IRQ_1;
+/// Interrupt of its alarm that comes shortly before the watchdog bites.
+pub const WARNING: Interrupt = Interrupt::TIMER_IRQ_2;
 
 #[interrupt]
 unsafe fn TIMER_IRQ_1() {

@@ -25,6 +25,7 @@ mod clock;
 mod commands;
 mod controller;
 pub mod crash;
+mod crash_service;
 mod drive_check;
 mod faults;
 mod fixed_point;

@@ -17,6 +17,7 @@ from rover.geometry import Pose2
 from rover.link.telemetry import Battery, FirmwareState, Telemetry, WheelMotion
 from rover.link.words import MotorState, StopCause
 from rover.mapping.survey_grid import SurveyGrid
+from rover.mission.checks import Checks
 from rover.mission.config import Mission, from_document
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
@@ -26,6 +27,7 @@ from rover.mission.phase import Phase
 from rover.mission.survey import Survey
 from rover.outcome import Outcome
 from rover.vehicle import STANDARD
+from rover.vision.localization.localizer import Fix
 
 CYCLE = 0.1
 VIEW = np.array([[0.15, -0.15], [1.0, -0.6], [1.0, 0.6], [0.15, 0.15]])
@@ -69,6 +71,7 @@ class ImaginedPerception:
         self.pose = mission.launch.pose
         self.battery: Battery | None = None
         self.released: set[int] = set()
+        self.last_fix: Fix | None = None
         self.suspected: list[Any] = []
         self.footprint = VIEW
         self._views = 0
@@ -124,8 +127,11 @@ class ImaginedRover:
     def __post_init__(self) -> None:
         self.perception = ImaginedPerception(self.mission, self.world)
         self.survey = Survey(self.mission, STANDARD, cast(Perception, self.perception), seed=1)
+        self.survey.checks = Checks(late_s=1.5 * CYCLE)
         self.orders = Orders()
         self.moved = False
+        # What the firmware says besides, in the next cycle.
+        self.said: list[Telemetry] = []
         self._counts = [0.0, 0.0]
         self._sequence = 0
 
@@ -136,6 +142,8 @@ class ImaginedRover:
         self._drive(before)
         left, right = (round(count / STANDARD.metres_per_count) for count in self._counts)
         telemetry: list[Telemetry] = [WheelMotion(self.now, left, right), Battery(self.now, world.volts, world.volts)]
+        telemetry += self.said
+        self.said = []
         self._sequence += 1
         frames = [Frame(PICTURE, self.now, self._sequence, world.shutter)] if world.frames else []
         firmware = None

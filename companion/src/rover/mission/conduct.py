@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
+from rover.mission.checks import Checks
 from rover.mission.conclusion import Conclusion
 from rover.mission.config import Mission
 from rover.mission.contacts import Contacts
@@ -13,6 +14,7 @@ from rover.mission.energy import Gauge
 from rover.mission.holds import Holds
 from rover.mission.perception import Perception
 from rover.mission.phase import Event, Phase
+from rover.mission.progress import Odometer
 from rover.mission.stops import Stops
 from rover.mission.watch import Watch
 from rover.outcome import Outcome
@@ -34,6 +36,8 @@ class Conduct(Protocol):
     holds: Holds
     watch: Watch
     stops: Stops
+    odometer: Odometer
+    checks: Checks
     gauge: Gauge
 
     def note(self, now: float, text: str) -> None: ...

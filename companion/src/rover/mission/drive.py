@@ -29,6 +29,9 @@ COMMITTED_REACH = 0.30
 
 AT_HOME = Pose2(0.0, 0.0, 0.0)
 
+# Share of the speed that is left to a rover that something makes careful.
+SLOW = 0.5
+
 # Legs of a path nearer to each other than this can't be told apart by the pose, metres.
 SAME_PLACE = 0.03
 
@@ -40,6 +43,9 @@ class Drive:
         """speed_limit: of places in map, m/s, beside `cruise_speed`."""
         travel = Limits(cruise_speed, vehicle.travel.acceleration, vehicle.travel.jerk)
         self.committed = CommittedMotion()
+        self._travel = travel
+        self._limit_of_places = speed_limit
+        self._slowed_by: set[str] = set()
         self._follower = PathFollower(vehicle, travel, speed_limit=speed_limit)
         self._path: NDArray[np.float64] = np.empty((0, 2))
         self.blocked = False
@@ -74,6 +80,7 @@ class Drive:
 
         `escape`: metres at its beginning over which it leads out of ground that has become blocked around the rover.
         """
+        self._follower.speed_limit = self._speed_limit()
         self._escape_left = escape
         self._moved = AT_HOME
         self._last = None
@@ -82,6 +89,32 @@ class Drive:
         self._follower.follow([(float(x), float(y)) for x, y in path], final_heading, clearance)
         # What is checked while driving is what is driven.
         self._path = np.array(self._follower.path) if clearance is not None and self._follower.path else path
+
+    def slow(self, why: str, wanted: bool) -> None:
+        """Brakes; what is driven from then on is driven at SLOW of the speed while anything wants it."""
+        before = bool(self._slowed_by)
+        (self._slowed_by.add if wanted else self._slowed_by.discard)(why)
+        if bool(self._slowed_by) != before:
+            self.stop()
+
+    @property
+    def cruise_speed(self) -> float:
+        """Of what is driven next, m/s."""
+        return self._travel.speed * (SLOW if self._slowed_by else 1.0)
+
+    def _speed_limit(self) -> SpeedLimit | None:
+        """That of places and that of a careful rover, the lower one."""
+        cruise, places = self.cruise_speed, self._limit_of_places
+        if not self._slowed_by or places is None:
+            return cruise if self._slowed_by else places
+        if callable(places):
+            return lambda x, y: min(cruise, places(x, y))
+        return min(cruise, places)
+
+    def commanded(self, since: float, until: float) -> float:
+        """Metres that the wheels were to roll between two times, the faster one."""
+        steps = self.committed.increments(since, until)
+        return sum(max(abs(travel), 0.5 * self._follower.vehicle.track_width * abs(turn)) for travel, turn in steps)
 
     def turn(self, pose: Pose2, heading: float) -> None:
         """Turns where it stands."""

@@ -21,21 +21,13 @@ from rover.link.frames import FrameTransport
 from rover.link.inquiry import Told, listen
 from rover.link.self_test import Finding, self_test
 from rover.link.session import Link
-from rover.link.words import FaultCode, MotorState
+from rover.link.words import MotorState
 from rover.mission.config import Mission
+from rover.mission.fault_desk import row_of
+from rover.mission.fault_table import AtStart
 from rover.vision.camera.model import CameraModel
 
 READY = (MotorState.BOOT, MotorState.DISARMED, MotorState.LATCHED)
-# Faults of the last drive, which arming ends.
-TAKEN_BACK = (
-    FaultCode.DEAD_MAN,
-    FaultCode.SONAR_GUARD,
-    FaultCode.STALL,
-    FaultCode.UNDERRUN,
-    FaultCode.WATCHDOG,
-    FaultCode.SCHEMA_MISMATCH,
-)
-
 MIN_PICTURES = 4
 # Seconds for the first pictures; a Lepton takes up to three after power-on.
 CAMERA_PATIENCE = 6.0
@@ -117,7 +109,7 @@ def look_at_firmware(parts: Parts, session: int) -> Iterator[Finding]:
 def judge_firmware(told: Told) -> list[Finding]:
     """The self-test's findings, with state and faults judged for a rover that may have driven before."""
     state = told.state
-    standing = [fault for fault in state.faults if fault not in TAKEN_BACK]
+    standing = [fault for fault in state.faults if not _taken_back(fault)]
     faults = ", ".join(state.faults) + (
         "" if not state.faults else ": mend it, then switch the rover off and on" if standing else ": of the last drive"
     )
@@ -126,6 +118,11 @@ def judge_firmware(told: Told) -> list[Finding]:
         "faults": Finding("faults", not standing, faults or "none"),
     }
     return [judged.get(finding.name, finding) for finding in self_test(state, told.battery, told.sonars)]
+
+
+def _taken_back(fault: str) -> bool:
+    row = row_of(fault)
+    return row is not None and row.start is not AtStart.REFUSED
 
 
 def look_at_camera(parts: Parts, camera: CameraModel) -> Iterator[Finding]:

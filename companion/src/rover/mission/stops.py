@@ -15,6 +15,8 @@ MAX_REARMS: dict[str, int] = {
     StopCause.UNDERRUN: 5,
     StopCause.DEAD_MAN: 3,
     StopCause.STALL: 3,
+    # Once the sensor answers again.
+    StopCause.SENSOR_LOST: 3,
 }
 
 # Causes after which the field can be gone on with once the rover has been looked after.

@@ -22,6 +22,7 @@ from rover.geometry import wrap_angle
 from rover.link.telemetry import Battery, FirmwareState, Telemetry
 from rover.link.words import MotorState
 from rover.mission.caution import BOLD, CAUTIOUS, Caution
+from rover.mission.checks import Checks
 from rover.mission.conclusion import Conclusion, Ending
 from rover.mission.config import Mission
 from rover.mission.contacts import Contacts
@@ -29,6 +30,7 @@ from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
 from rover.mission.ending import judged, percent
 from rover.mission.energy import Gauge, way_back_s
+from rover.mission.fault_desk import FaultDesk
 from rover.mission.freespace import FreeSpace, Mask, free_space
 from rover.mission.goals import Goal, Goals, GoalState, judge_inspection
 from rover.mission.halting import halt, recover
@@ -40,7 +42,7 @@ from rover.mission.phase import Event, Phase, transition
 from rover.mission.progress import Duty, Odometer, Progress
 from rover.mission.stops import Stops
 from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target, candidates, decide
-from rover.mission.vigilance import heed, heed_gap
+from rover.mission.vigilance import heed, heed_faults, heed_gap
 from rover.mission.waiting import waiting_for
 from rover.mission.watch import Watch
 from rover.outcome import Outcome
@@ -89,7 +91,9 @@ class Survey:
         self._braked_for: Ending | None = None
         self.watch = Watch(mission.max_duration_s)
         self.stops = Stops()
-        self._odometer = Odometer(vehicle)
+        self.checks = Checks()
+        self._desk = FaultDesk()
+        self.odometer = Odometer(vehicle)
         self._progress = Progress()
 
     def abort(self, outcome: Outcome, home: bool = False) -> None:
@@ -124,6 +128,8 @@ class Survey:
         if self.outcome is not None:
             return Orders()
         heed_gap(self, now)
+        if firmware is not None:
+            heed_faults(self, self._desk, now, telemetry, frames, firmware)
         orders = self._advance(now, mapped, firmware)
         self._heed_progress(now)
         return orders
@@ -160,7 +166,7 @@ class Survey:
             self.perception.take(event)
             if isinstance(event, Battery):
                 self.gauge.take(event)
-        self._odometer.take(telemetry)
+        self.odometer.take(telemetry)
         self.watch.take(now, frames)
         mapped = False
         for frame in frames:
@@ -203,7 +209,7 @@ class Survey:
         if self.holds and self.phase in (Phase.PAUSED, Phase.HALTED):  # a hold has a limit of its own
             self._progress.decided(now)
         can_turn = transition(self.phase, Event.STALLED) is not None and self.drive.at_rest(now)
-        duty = self._progress.check(now, self._odometer.travel, can_turn and not self.watch.blind)
+        duty = self._progress.check(now, self.odometer.travel, can_turn and not self.watch.blind)
         if duty is Duty.LOOK:
             self.note(now, f"the rover stands still: {self._waiting_for()}; it looks around")
             self._look_around(now)

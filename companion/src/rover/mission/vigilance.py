@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from rover.capture.frame import Frame
+from rover.link.telemetry import FirmwareState, Telemetry
+from rover.link.words import MotorState
 from rover.mission.conduct import Conduct
+from rover.mission.fault_desk import FaultDesk
 from rover.mission.holds import QUESTION, QUESTION_LIMIT_S
 from rover.mission.phase import Phase
 from rover.outcome import Outcome, RunStatus
@@ -26,6 +32,25 @@ def heed(survey: Conduct, now: float) -> None:
     late = survey.holds.expired(now)
     if late is not None:
         survey.abort(Outcome(RunStatus.PARTIAL, f"nothing came of waiting: {late}"))
+
+
+def heed_faults(
+    survey: Conduct,
+    desk: FaultDesk,
+    now: float,
+    telemetry: Sequence[Telemetry],
+    frames: Sequence[Frame],
+    firmware: FirmwareState,
+) -> None:
+    """What the firmware reports and what the mission finds by itself, by the table of faults."""
+    checks, fix = survey.checks, survey.perception.last_fix
+    checks.take(now, telemetry, fix if any(not frame.ffc for frame in frames) else None)
+    if firmware.state in (MotorState.ARMED, MotorState.MOVING):
+        checks.moved(now, survey.drive.commanded, survey.odometer.travel)
+    else:
+        checks.stands()
+    desk.take(telemetry)
+    desk.act(survey, now, firmware, checks.active)
 
 
 def heed_gap(survey: Conduct, now: float) -> None:

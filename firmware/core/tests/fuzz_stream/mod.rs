@@ -302,6 +302,7 @@ impl Episode {
             0 => self.noise(),
             1 => self.any_frame(),
             2 if self.random.below(6) == 0 => self.inject(),
+            2 if self.random.below(5) == 0 => self.intrude(),
             2 => self.greet(),
             _ => self.motion(),
         }
@@ -353,6 +354,27 @@ impl Episode {
         self.put(&m::KeepAlive {
             counter: self.token as u8,
         });
+    }
+
+    /// Another companion on either wire, which knows the protocol and would like to drive.
+    fn intrude(&mut self) {
+        let by_bus = self.bus_share != 0 && self.random.below(2) == 0;
+        let session = SESSION + 1 + self.random.below(3) as u16;
+        let mut hello = [0; 8];
+        m::Hello {
+            schema_hash: m::SCHEMA_HASH,
+            session,
+        }
+        .write(&mut hello);
+        self.emit(m::Hello::ID, &hello[..m::Hello::LENGTH], by_bus);
+        let mut arm = [0; 8];
+        m::Arm {
+            token: self.token.wrapping_add(1),
+            session,
+        }
+        .write(&mut arm);
+        self.emit(m::Arm::ID, &arm[..m::Arm::LENGTH], by_bus);
+        self.greeted = true;
     }
 
     /// Test mode begins, goes on or ends.

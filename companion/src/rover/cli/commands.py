@@ -23,6 +23,7 @@ COMMANDS: Mapping[str, str] = {
     "tell": "Says something to a mission on its way.",
     "recover": "Report and survey of a run that was cut off.",
     "replay": "A recorded stream back into a rig, compared.",
+    "when": "Which hours to survey, and how deep mines show then.",
     "plan": "A path through goals on a map.",
     "trajectory": "A path to constant-jerk segments.",
     "register": "Where one picture lies in another.",
@@ -40,7 +41,7 @@ COMMANDS: Mapping[str, str] = {
 }
 
 # Those that the simulated rigs bring, see `rover.plugins`.
-FROM_RIGS = ("recover", "replay", "hil")
+FROM_RIGS = ("recover", "replay", "when", "hil")
 
 CONTEXT: Mapping[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 

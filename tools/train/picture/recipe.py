@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.classifier import CLASSES
-from rover.detection.picture import candidates, circles, maps, patch
-from rover.detection.picture.patch import MIRRORED
+from rover.detection.model_file import shipped
+from rover.detection.picture import candidates, features, maps, occupancy, patch
 
 from tools.train.measure import softmax
 from tools.train.network import Network, fit
@@ -32,13 +32,16 @@ from tools.train.picture.samples import (
     PictureSamples,
     sample_picture,
 )
-from tools.train.picture.taught import Rows, Told, both, taught, unlabelled
 from tools.train.store import Arrays, digest, kept
 
+Rows = NDArray[np.intp]
+# Rows of the samples, their labels and weights; a row may stand there once for each of several labels.
+Told = tuple[Rows, NDArray[np.int64], NDArray[np.float64]]
+
 # Rounds of the pictures: as on disk, and altered.
-TURNS = 3
+TURNS = 5
 # Of the network whose errors show what is hard, and of the one that counts.
-FIRST_EPOCHS, EPOCHS = 4, 7
+FIRST_EPOCHS, EPOCHS = 3, 6
 # Learning rate of the first epoch and, as a share of it, of the last; share of the inputs that are left out at random.
 RATE, LAST_RATE, LEFT_OUT = 1.5e-3, 0.02, 0.25
 # Share of the steps, the last ones, whose weights are averaged.
@@ -50,8 +53,8 @@ GROUND, HARD = 10, 8
 # more than all mines.
 SURFACE_SHARE, MAX_REPEATED, DRAWN_SHARE, GROUND_WEIGHT = 0.5, 4.0, 0.15, 2.0
 PART = 8192
-MODULES = (candidates, circles, maps, patch, augment, of_pictures, of_records)
-SOURCES = tuple(Path(str(module.__file__)) for module in MODULES)
+MODULES = (candidates, features, maps, occupancy, patch, augment, of_pictures, of_records)
+SOURCES = (*(Path(str(module.__file__)) for module in MODULES), shipped(features.FILE))
 
 
 def picture_samples(records: Sequence[Record], seed: int, cache: Path | None, turns: int = TURNS) -> PictureSamples:
@@ -68,52 +71,35 @@ def picture_samples(records: Sequence[Record], seed: int, cache: Path | None, tu
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """The network and the rows of the samples that it has learned from; by_labels: the one that helped to teach it."""
+    """The network and the rows of the samples that it has learned from."""
 
     network: Network
     mines: Rows
     ground: Rows
-    by_labels: Network
+
+
+def logits(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.float32]:
+    """(N, 3) of surface, buried and background."""
+    parts = [network.logits(vectors[begin : begin + PART]) for begin in range(0, len(vectors), PART)]
+    return np.concatenate(parts)[:, SURFACE:] if parts else np.zeros((0, 3), np.float32)
 
 
 def probabilities(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.floating]:
-    """(N, 3) of surface, buried and background: means over the mirror images."""
-    return mirrored_mean(mirrored_logits(network, vectors))
+    """(N, 3) of surface, buried and background, not calibrated."""
+    return softmax(logits(network, vectors))
 
 
-def mirrored_logits(network: Network, vectors: NDArray[np.floating]) -> NDArray[np.float32]:
-    """(4, N, 3) of surface, buried and background, for each of the mirror images."""
-    answers = np.zeros((len(MIRRORED), len(vectors), 3), np.float32)
-    for begin in range(0, len(vectors), PART):
-        some = slice(begin, begin + PART)
-        for image, answer in zip(MIRRORED, answers, strict=True):
-            answer[some] = network.logits(vectors[some, image])[:, SURFACE:]
-    return answers
-
-
-def mirrored_mean(logits: NDArray[np.floating]) -> NDArray[np.floating]:
-    """(4, N, 3) to probabilities (N, 3), as the rover judges."""
-    return np.asarray(np.mean([softmax(each) for each in logits], axis=0)) if logits.size else logits[0]
-
-
-def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int, teach: bool = True) -> Learned:
-    """A network from the samples where `rows` (N,) is True: first with random ground, then with what it confused, and
-    last, unless `teach` is False, taught by the second and boosting beside the labels."""
+def learn(samples: PictureSamples, rows: NDArray[np.bool_], seed: int) -> Learned:
+    """A network from the samples where `rows` (N,) is True: first with random ground, then also with what it
+    confused."""
     mines, ground = drawn(samples, rows, seed)
     plain = samples.round == 0
     index, labels, weights = weighted(samples, mines[plain[mines]], ground[plain[ground]])
     first = fit(samples.vectors[index], labels, weights, FIRST_EPOCHS, seed, falling, varied)
     ground = np.union1d(ground, hardest(samples, rows, first))
-    told = weighted(samples, mines, ground)
-    index, labels, weights = told
-    second = fit(samples.vectors[index], labels, weights, EPOCHS, seed, falling, varied, AVERAGED)
-    if not teach:
-        return Learned(second, mines, ground, second)
-    labelled = np.concatenate((mines, ground))
-    asked = np.concatenate((labelled, unlabelled(samples, rows, labelled, seed)))
-    index, labels, weights = taught(told, samples.truth, asked, both(second, samples, labelled, asked, seed))
+    index, labels, weights = weighted(samples, mines, ground)
     network = fit(samples.vectors[index], labels, weights, EPOCHS, seed, falling, varied, AVERAGED)
-    return Learned(network, mines, ground, second)
+    return Learned(network, mines, ground)
 
 
 def falling(done: float) -> float:
@@ -122,12 +108,7 @@ def falling(done: float) -> float:
 
 
 def varied(vectors: NDArray[np.float32], _labels: NDArray[np.integer], rng: np.random.Generator) -> NDArray[np.float32]:
-    """Standardised vectors, each of one mirror image, with some of their numbers left out and the others made up for
-    it."""
-    which = rng.integers(0, len(MIRRORED), len(vectors))
-    for number, image in enumerate(MIRRORED):
-        some = np.flatnonzero(which == number)
-        vectors[some] = vectors[np.ix_(some, image)]
+    """Standardised vectors with some of their numbers left out and the others made up for it."""
     vectors *= (rng.random(vectors.shape, dtype=np.float32) >= LEFT_OUT) * np.float32(1.0 / (1.0 - LEFT_OUT))
     return vectors
 
@@ -147,8 +128,8 @@ def hardest(samples: PictureSamples, rows: NDArray[np.bool_], network: Network) 
     plain = np.nonzero(rows & (samples.what == CANDIDATE) & (samples.truth == BACKGROUND))[0]
     margin = np.empty(len(plain), np.float32)
     for begin in range(0, len(plain), PART):
-        logits = network.logits(samples.vectors[plain[begin : begin + PART]])
-        margin[begin : begin + PART] = logits[:, (SURFACE, BURIED)].max(axis=1) - logits[:, BACKGROUND]
+        said = network.logits(samples.vectors[plain[begin : begin + PART]])
+        margin[begin : begin + PART] = said[:, (SURFACE, BURIED)].max(axis=1) - said[:, BACKGROUND]
     group = samples.picture[plain].astype(np.int64) * 100 + samples.round[plain]
     order = np.lexsort((-margin, group))
     begins = np.flatnonzero(np.diff(group[order], prepend=-1))

@@ -43,7 +43,10 @@ class Box:
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """One picture of the set. grey: (h, w) as on disk; height: of the camera, metres, unreliable below 3."""
+    """One picture of the set. grey: (h, w) as on disk; height: of the camera, metres, unreliable below 3.
+
+    depth_cm: of the zone's own mine, nan where it is not told. centre_temp_c: at the middle of the picture.
+    """
 
     name: str
     zone: str
@@ -51,6 +54,8 @@ class Record:
     height: float
     boxes: tuple[Box, ...]
     grey: NDArray[np.uint8]
+    depth_cm: float = math.nan
+    centre_temp_c: float = math.nan
 
 
 def read_records(data: Path) -> list[Record]:
@@ -91,6 +96,8 @@ def _record(folder: Path, name: str, rows: list[dict[str, str]]) -> Record:
         height,
         tuple(Box(*box, kind if mine else "") for box, mine in zip(boxes, own, strict=True)),
         np.asarray(grey, np.uint8),
+        float(depth) if kind else math.nan,
+        float(first["centre_temp_c"] or "nan"),
     )
 
 

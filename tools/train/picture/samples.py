@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from rover.detection.picture.candidates import find_spots
+from rover.detection.picture.features import shipped_features
 from rover.detection.picture.maps import picture_maps
 from rover.detection.picture.patch import describe_spots
 
-from tools.train.picture.augment import restyled, turned, with_disc
+from tools.train.picture.augment import from_another_height, restyled, turned, with_disc
 from tools.train.picture.records import Box, Record
 
 # What a sample is: a candidate as the detector finds it, a labelled box itself, a window beside the boxes.
@@ -25,8 +26,8 @@ DRAWN = -2
 WINDOWS_PER_BOX = 3
 JITTERS = 6
 # Shares of the candidates of an altered picture that are learned from.
-MINES_KEPT, GROUND_KEPT = 0.6, 0.4
-DISC_SHARE = 0.5
+MINES_KEPT, GROUND_KEPT = 0.8, 0.25
+DISC_SHARE, ZOOMED_SHARE = 0.5, 0.5
 # A centre this share of a box outside of it is not yet ground.
 HALO = 0.15
 
@@ -68,6 +69,8 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
     picture, boxes = record.grey.astype(np.float32), record.boxes
     if turn:
         picture, boxes = turned(record, rng)
+        if rng.random() < ZOOMED_SHARE:
+            picture, boxes = from_another_height(picture, boxes, rng)
         if rng.random() < DISC_SHARE:
             picture, boxes = with_disc(picture, boxes, rng)
         picture = restyled(picture, rng)
@@ -83,14 +86,14 @@ def sample_picture(record: Record, number: int, turn: int, seed: int) -> Picture
     windows = _windows(boxes, picture.shape, rng)
     jittered = _jittered(boxes, rng)
     jitter_truth, jitter_which = label_spots(jittered, boxes)
-    spots = np.concatenate((found[chosen], exact, windows, jittered))
+    spots = np.concatenate((found[chosen], exact, windows, jittered)).astype(np.float32)
     of_box = np.array([_kind(b) for b in boxes], np.int8)
     counts = (len(chosen), len(exact), len(windows), len(jittered))
     keep = np.concatenate((np.ones(sum(counts[:3]), bool), jitter_truth != UNSURE))
     box = np.concatenate((which[chosen], np.arange(len(exact)), np.full(len(windows), -1), jitter_which))
     box[box >= len(record.boxes)] = DRAWN
     samples = PictureSamples(
-        describe_spots(maps, spots, found).astype(np.float16),
+        describe_spots(maps, spots, shipped_features()).astype(np.float16),
         np.repeat(np.array((CANDIDATE, BOX, WINDOW, JITTERED), np.int8), counts),
         np.concatenate((truth[chosen], of_box, np.full(len(windows), BACKGROUND, np.int8), jitter_truth)),
         np.full(sum(counts), number, np.int32),

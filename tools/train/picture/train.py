@@ -14,21 +14,23 @@ from pathlib import Path
 
 import numpy as np
 from rover.detection.classifier import PICTURES, default_model
+from rover.detection.picture.features import shipped_features
 
 from tools.train.card import write_section
 from tools.train.export import fold, write
-from tools.train.measure import calibration_error, fit_pictures
+from tools.train.measure import calibration_error, fit_pictures, softmax
 from tools.train.picture.calibration import Calibration
 from tools.train.picture.card import picture_section
-from tools.train.picture.hits import loudness, threshold_for
-from tools.train.picture.recipe import learn, mirrored_logits, mirrored_mean, picture_samples
+from tools.train.picture.flights import flights
+from tools.train.picture.hits import loudness
+from tools.train.picture.recipe import learn, logits, picture_samples
 from tools.train.picture.records import Record, read_records
 from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, SURFACE, PictureSamples
 
 # Zones that are held out together for calibration and threshold: a network that has not seen them judges them.
-HELD_OUT = (("3", "5"), ("4", "7"), ("1", "6", "9"))
-# The probability of detection that the threshold is chosen for, on pictures of zones never seen.
-STATED_PD = 0.9
+HELD_OUT = (("1", "6"), ("3",), ("4",), ("5",), ("7",), ("9",))
+# False alarms a picture that the threshold is chosen for, on pictures of zones never seen.
+STATED_ALARMS = 0.15
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -54,9 +56,10 @@ def main(arguments: Sequence[str]) -> None:
         "factor": f"{known.factor:.4f}",
         "offset": f"{known.offsets[-1]:.4f}",
         "threshold": f"{known.threshold:.4f}",
+        "features": shipped_features().sha256,
     }
     sha256 = write(options.out, PICTURES, network.every_class(layers), notes)
-    text = picture_section(len(records), notes, known, sha256)
+    text = picture_section(len(records), notes, known, len(HELD_OUT), STATED_ALARMS, sha256)
     write_section(options.out.parent / "README.md", options.out.name, text)
     print(f"{options.out}: {options.out.stat().st_size / 1e6:.2f} MB, {notes}, {time.monotonic() - begun:.0f} s")
 
@@ -64,29 +67,30 @@ def main(arguments: Sequence[str]) -> None:
 def calibrate(samples: PictureSamples, records: Sequence[Record], seed: int) -> Calibration:
     """Of the logits of surface, buried and background, from networks that never saw the zones that they judge."""
     zone = np.array([record.zone for record in records])[samples.picture]
-    rows, logits = [], []
+    rows, found = [], []
     for zones in HELD_OUT:
         held_out = np.isin(zone, zones)
         network = learn(samples, ~held_out, seed).network
         rows.append(np.nonzero(held_out & (samples.round == 0) & (samples.what == CANDIDATE))[0])
-        logits.append(mirrored_logits(network, samples.vectors[rows[-1]]))
+        found.append(logits(network, samples.vectors[rows[-1]]))
         print(f"zones {', '.join(zones)} judged by a network that never saw them", flush=True)
-    chosen, answers = np.concatenate(rows), np.concatenate(logits, axis=1)
+    chosen, answers = np.concatenate(rows), np.concatenate(found)
     truth = samples.truth[chosen].astype(np.int64)
     told = np.isin(truth, (SURFACE, BURIED, BACKGROUND))
     labels = truth[told] - SURFACE
-    factor, offsets = fit_pictures(labels, answers[:, told].mean(axis=0), BACKGROUND - SURFACE)
-    p = mirrored_mean(answers * factor + offsets)
+    factor, offsets = fit_pictures(labels, answers[told], BACKGROUND - SURFACE)
+    p = softmax(answers * factor + offsets)
     likely = p[told][:, :-1].sum(axis=1) >= 0.1
-    mines, false, pictures = loudness(samples, chosen, 1.0 - p[:, -1], records)
-    threshold = float(np.floor(1e4 * threshold_for(STATED_PD, mines)) / 1e4)
+    judged = loudness(samples, chosen, 1.0 - p[:, -1], records)
+    threshold = float(np.ceil(1e4 * judged.threshold_for(STATED_ALARMS)) / 1e4)
+    pd, false_alarms = judged.at(threshold, flights(records))
     return Calibration(
         factor,
         offsets,
         calibration_error(labels[likely], p[told][likely]),
         threshold,
-        int((mines >= threshold).sum()),
-        len(mines),
-        int((false >= threshold).sum()),
-        pictures,
+        pd,
+        false_alarms,
+        len(judged.mines),
+        len(judged.pictures),
     )

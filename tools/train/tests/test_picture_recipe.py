@@ -7,16 +7,12 @@ import pytest
 from rover.detection.picture.patch import LENGTH
 
 from tools.train.network import fit
-from tools.train.picture.recipe import (
-    DRAWN_SHARE,
-    GROUND_WEIGHT,
-    SURFACE_SHARE,
-    mirrored_logits,
-    mirrored_mean,
-    weighted,
-)
-from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, MINE_UNKNOWN, SURFACE, PictureSamples
-from tools.train.picture.taught import both, network_says, taught
+from tools.train.picture.augment import MAX_ZOOM, MIN_ZOOM, from_another_height
+from tools.train.picture.flights import flights, rate
+from tools.train.picture.hits import Loudness
+from tools.train.picture.recipe import DRAWN_SHARE, GROUND_WEIGHT, SURFACE_SHARE, learn, probabilities, weighted
+from tools.train.picture.records import Box, Record
+from tools.train.picture.samples import BACKGROUND, BURIED, CANDIDATE, DRAWN, SURFACE, PictureSamples
 
 TRUTH = np.repeat(np.array((BURIED, SURFACE, SURFACE, BACKGROUND), np.int8), (40, 20, 200, 400))
 BOX = np.repeat(np.array((0, 0, DRAWN, -1), np.int16), (40, 20, 200, 400))
@@ -53,37 +49,50 @@ def test_averaged_weights_are_the_mean_of_the_last_steps() -> None:
     assert np.allclose(mean.weights[0], 0.5 * (one.weights[0] + two.weights[0]), atol=1e-6)
 
 
-def test_every_mirror_image_is_asked() -> None:
-    some = samples()
-    network = fit(some.vectors, some.truth.astype(np.int64), np.ones(len(some)), 1, 1)
-    answers = mirrored_logits(network, some.vectors)
-    assert answers.shape == (4, len(some), 3)
-    assert np.allclose(answers[0], network.logits(some.vectors)[:, SURFACE:])
-    assert not np.allclose(answers[1], answers[0])
-
-
-def test_a_label_counts_for_half_and_the_answers_for_the_rest() -> None:
-    truth = np.array((BURIED, MINE_UNKNOWN, BACKGROUND, BACKGROUND))
-    told = np.array((0, 1, 1, 2)), np.array((BURIED, SURFACE, BURIED, BACKGROUND)), np.array((2.0, 0.5, 0.5, 3.0))
-    said = np.array(((0.2, 0.6, 0.2), (0.6, 0.2, 0.2), (0.01, 0.01, 0.98), (0.0, 0.4, 0.6)))
-    rows, labels, weights = taught(told, truth, np.arange(4), said)
-    learned = np.zeros((4, 3))
-    np.add.at(learned, (rows, labels - SURFACE), weights)
-    assert learned[0] == pytest.approx([0.2, 1.6, 0.2])
-    assert learned[1] == pytest.approx([0.675, 0.225, 0.1]), "a mine of unknown kind is of the kinds that are said"
-    assert learned[2] == pytest.approx([0.0, 0.0, 3.0]), "what is hardly likely is not learned"
-    assert learned[3] == pytest.approx([0.0, 1.2, 1.8]), "without a label: as ground counts, by the answers alone"
-
-
-@pytest.mark.slow
-def test_the_second_opinion_is_half_the_networks_and_the_same_each_time() -> None:
+def test_a_network_tells_apart_what_it_has_learned_the_same_each_time() -> None:
     some = samples()
     some.round[:] = 0
-    network = fit(some.vectors, some.truth.astype(np.int64), np.ones(len(some)), 3, 1)
-    rows = np.arange(0, len(some), 3)
-    alone = network_says(network, some, rows)
-    assert alone == pytest.approx(mirrored_mean(mirrored_logits(network, some.vectors[rows])), abs=1e-4)
-    one, again = (both(network, some, np.arange(len(some)), rows, 1) for _ in range(2))
-    assert np.array_equal(one, again)
-    assert one.sum(axis=1) == pytest.approx(1.0)
-    assert ((one >= 0.5 * alone - 1e-5) & (one <= 0.5 * alone + 0.5 + 1e-5)).all()
+    one, again = (learn(some, np.ones(len(some), bool), 1).network for _ in range(2))
+    p = probabilities(one, some.vectors)
+    assert np.array_equal(p, probabilities(again, some.vectors))
+    assert p.sum(axis=1) == pytest.approx(1.0, abs=1e-5)
+    background, mine = TRUTH == BACKGROUND, TRUTH == BURIED
+    assert p[background, 2].mean() > 10.0 * p[mine, 2].mean()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_boxes_stay_on_their_mines_from_another_height(seed: int) -> None:
+    rows, columns = np.mgrid[0:400, 0:600] + 0.5
+    box = Box(220.0, 150.0, 60.0, 60.0, "buried")
+    picture = np.where(np.hypot(columns - box.x, rows - box.y) < 30.0, 200.0, 0.0).astype(np.float32)
+    seen, (there,) = from_another_height(picture, (box,), np.random.default_rng(seed))
+    v, u = np.nonzero(seen > 100.0)
+    assert (u.mean() + 0.5, v.mean() + 0.5) == pytest.approx((there.x, there.y), abs=1.5)
+    assert (np.ptp(u), np.ptp(v)) == pytest.approx((there.width, there.height), abs=4.0)
+    assert MIN_ZOOM * 0.98 < there.side / box.side < MAX_ZOOM * 1.02
+
+
+def record(zone: str, session: str) -> Record:
+    return Record(f"{zone}{session}", zone, session, 2.0, (), np.zeros((4, 4), np.uint8))
+
+
+def test_intervals_are_over_flights_however_many_pictures_they_have() -> None:
+    records = [record(zone, session) for zone in "13" for session in "AB" for _ in range(50)]
+    flight = flights(records)
+    assert len(set(flight.tolist())) == 4
+    found = np.repeat([1.0, 1.0, 0.0, 1.0], 50)
+    value, low, high = rate(found, np.ones(200), flight)
+    assert value == 0.75
+    assert (low, high) == (0.25, 1.0), "four flights tell little, though each is 50 pictures"
+    _, least, most = rate(found, np.ones(200), flight, others=True)
+    assert least <= low < high < most, "four others may differ more"
+
+
+def test_the_threshold_lets_the_stated_false_alarms_through_and_no_more() -> None:
+    score, picture = np.array([0.9, 0.8, 0.3, 0.2]), np.array([0, 1, 1, 3])
+    none = np.zeros(0)
+    loud = Loudness(none, none.astype(int), score, picture, np.arange(4))
+    for allowed in (0.25, 0.5, 0.75):
+        threshold = loud.threshold_for(allowed)
+        assert (score >= threshold).sum() == allowed * 4
+    assert loud.threshold_for(2.0) == 0.0

@@ -6,15 +6,14 @@ metres (`rover.detection.ground.patch`), `pictures` without either (`rover.detec
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 from numpy.typing import NDArray
 
 from rover.detection.evidence_settings import EvidenceSettings
 from rover.detection.ground import patch as ground_patch
+from rover.detection.model_file import open_model, shipped
 from rover.detection.picture import patch as picture_patch
 from rover.errors import BadInput
 
@@ -28,20 +27,8 @@ LENGTHS = {GROUND: ground_patch.LENGTH, PICTURES: picture_patch.LENGTH}
 
 
 def default_model(kind: str = GROUND) -> str:
-    """Path of the model of this kind that ships: beside the sources, or inside the installed package."""
-    here, name = Path(__file__).resolve(), f"landmine_{kind}.onnx"
-    places = (here.parents[3] / "models" / name, here.parents[1] / "models" / name)
-    return str(next((place for place in places if place.is_file()), places[0]))
-
-
-def _check_hash(file: Path, found: str) -> None:
-    """Where a `.sha256` lies beside a model, the model must be the one that was evaluated."""
-    try:
-        wanted = file.with_suffix(".sha256").read_text(encoding="ascii").split()[0]
-    except (OSError, ValueError, IndexError):
-        return
-    if wanted != found:
-        raise BadInput(f"{file}: its SHA-256 is {found[:12]}…, the file beside it says {wanted[:12]}…; restore it")
+    """Path of the model of this kind that ships."""
+    return str(shipped(f"landmine_{kind}.onnx"))
 
 
 class Classifier:
@@ -54,21 +41,7 @@ class Classifier:
     def __init__(self, path: str | Path, kind: str | None = GROUND) -> None:
         file = Path(path)
         again = f"train one with python -m tools.train {kind or '|'.join(LENGTHS)}"
-        try:
-            content = file.read_bytes()
-        except OSError as error:
-            raise BadInput(f"{file}: the classifier cannot be read ({error.strerror}); {again}") from error
-        self.sha256 = hashlib.sha256(content).hexdigest()
-        _check_hash(file, self.sha256)
-        options = onnxruntime.SessionOptions()
-        # One thread: the same bytes give the same result, and the other core belongs to localization.
-        options.intra_op_num_threads = 1
-        options.inter_op_num_threads = 1
-        options.log_severity_level = 3
-        try:
-            self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
-        except Exception as error:  # onnxruntime raises many types, none of them documented
-            raise BadInput(f"{file}: not an ONNX model; {again}") from error
+        self._session, self.sha256 = open_model(file, again)
         metadata = self._session.get_modelmeta().custom_metadata_map
         self.kind = metadata.get("kind", "nothing")
         if self.kind not in LENGTHS or kind not in (None, self.kind):
@@ -85,6 +58,8 @@ class Classifier:
             raise BadInput(f"{file}: takes {length} numbers per candidate, this version gives {self.length}; {again}")
         # What is a mine with at least this probability is a detection where nobody asks for another threshold.
         self.threshold = float(metadata.get("threshold", DEFAULT_THRESHOLD))
+        # SHA-256 of the file of features that a network for pictures was trained with.
+        self.features_sha256 = metadata.get("features", "")
         self._input = inputs[0].name
         self.path = str(file)
         self._check_answers(file, again)

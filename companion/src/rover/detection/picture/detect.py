@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from rover.detection.classifier import MINES, Classifier
 from rover.detection.picture.candidates import find_spots, first_of_each
+from rover.detection.picture.features import shipped_features
 from rover.detection.picture.maps import picture_maps
-from rover.detection.picture.patch import MIRRORED, describe_spots
+from rover.detection.picture.patch import describe_spots
+from rover.errors import BadInput
 
 # Detections whose centres are nearer than this share of the wider one are the same thing; the likelier stays.
 SAME = 0.5
 MAX_DETECTIONS = 25
-# What is a mine with less probability than this is not looked at in its mirror images too.
-MIN_PROBABILITY = 0.02
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,18 @@ class PictureDetection:
 def detect_in_picture(
     grey: NDArray[np.float32], classifier: Classifier, metres_per_pixel: float | None = None
 ) -> list[PictureDetection]:
-    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MAX_DETECTIONS."""
+    """What lies in a picture (h, w) of grey levels 0 to 255, likeliest mines first; at most MAX_DETECTIONS.
+
+    Raises BadInput where the classifier was trained with other features than those that ship.
+    """
+    features = shipped_features()
+    if classifier.features_sha256 != features.sha256:
+        raise BadInput(f"{classifier.path}: trained with other features; train one with python -m tools.train pictures")
     maps = picture_maps(grey)
     spots = find_spots(maps, metres_per_pixel)
     if not len(spots):
         return []
-    p = judge(describe_spots(maps, spots), classifier)
+    p = classifier.predict(describe_spots(maps, spots, features))
     mine = _mine(p, classifier)
     kept = thin(spots, mine, MAX_DETECTIONS)
     return [
@@ -57,17 +63,6 @@ def prepare(classifier: Classifier) -> None:
     """Does once what libraries do slowly the first time, on a picture of noise."""
     noise = np.random.default_rng(0).integers(0, 255, (240, 320))
     detect_in_picture(noise.astype(np.float32), classifier)
-
-
-def judge(vectors: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:
-    """Probabilities (N, classes) of vectors (N, LENGTH): means over the mirror images where a mine is not out of the
-    question."""
-    p = classifier.predict(vectors)
-    likely = np.flatnonzero(_mine(p, classifier) >= MIN_PROBABILITY)
-    images = vectors[likely][:, MIRRORED[1:]]
-    others = classifier.predict(images.reshape(-1, vectors.shape[1])).reshape(*images.shape[:2], p.shape[1])
-    p[likely] = (p[likely] + others.sum(axis=1)) / np.float32(len(MIRRORED))
-    return p
 
 
 def _mine(p: NDArray[np.float32], classifier: Classifier) -> NDArray[np.float32]:

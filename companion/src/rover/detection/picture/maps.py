@@ -22,26 +22,18 @@ MAX_UNHALVED_PX = 400
 MAX_SIDE_PX = 640
 # Grey levels that two pixels differ by in any case: the energy of less is noise.
 FLOOR = 1.0
-MIN_SPREAD = 2.0
 MIN_LEVEL_PX = 24
-BANDS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class PictureMaps:
-    """levels[channel][k]: the map at `step`·2^k pixels of the picture per pixel. median, spread: of the brightness.
-
-    coarseness (BANDS,): how much of the brightness varies within 1, 2, 4, … pixels of level 0, logarithms over their
-    mean. Grass seen from higher up is finer.
+    """levels[channel][k]: the map at `step`·2^k pixels of the picture per pixel. size: (width, height) of the picture.
 
     Pixel i of level k lies over pixel i·2^k of level 0: a level keeps every other pixel of the one below it.
     """
 
     levels: tuple[tuple[Map, ...], ...]
     step: float
-    median: float
-    spread: float
-    coarseness: Map
     size: tuple[int, int]
 
     def to_level(self, place: Map, level: int) -> Map:
@@ -49,17 +41,12 @@ class PictureMaps:
         index: Map = (place / np.float32(self.step) - np.float32(0.5)) / np.float32(2.0**level)
         return index
 
-    def by_level(self, spots: Map, coarser: int) -> Iterator[tuple[int, NDArray[np.intp]]]:
-        """Levels and the spots (N, 3) that are sampled there, 10 to 20 pixels wide, or so many levels coarser."""
-        level = np.floor(np.log2(np.maximum(spots[:, 2], 1.0) / self.step / 10.0)) + coarser
+    def by_level(self, spots: Map) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """Levels and the spots (N, 3) that are sampled there, 10 to 20 pixels wide."""
+        level = np.floor(np.log2(np.maximum(spots[:, 2], 1.0) / self.step / 10.0))
         level = np.clip(level, 0, len(self.levels[0]) - 1).astype(int)
         for each in np.unique(level).tolist():
             yield each, np.nonzero(level == each)[0]
-
-    def inside(self, spots: Map, columns: Map, rows: Map) -> NDArray[np.bool_]:
-        """Which points (N, points) at offsets in diameters lie in the picture."""
-        x, y = (spots[:, i : i + 1] + spots[:, 2:3] * part for i, part in enumerate((columns, rows)))
-        return (x > 0.0) & (x < self.size[0]) & (y > 0.0) & (y < self.size[1])
 
     def from_level(self, index: float, level: int) -> float:
         """The inverse, of one index."""
@@ -80,13 +67,8 @@ def picture_maps(grey: Map) -> PictureMaps:
     fine = _squared_difference(grey, _mean(grey, 3))
     fine = _mean(_shrunk(fine, size) if half > 1.0 else fine, 5)
     rough = [_half_logarithm(energy) for energy in (coarse, fine)]
-    few = base[::2, ::2]
-    median = float(np.median(few))
-    spread = 1.4826 * float(np.median(np.abs(few - median)))
     levels = tuple(_pyramid(channel) for channel in (base, *rough))
-    return PictureMaps(
-        levels, half * shrink, median, max(spread, MIN_SPREAD), _coarseness(levels[0]), (width, height)
-    )
+    return PictureMaps(levels, half * shrink, (width, height))
 
 
 def _shrunk(picture: Map, size: tuple[int, int]) -> Map:
@@ -116,14 +98,6 @@ def _half_logarithm(energy: Map) -> Map:
     return energy
 
 
-def _coarseness(levels: tuple[Map, ...]) -> Map:
-    found = np.zeros(BANDS, np.float32)
-    for band in range(min(BANDS, len(levels))):
-        level = levels[band]
-        found[band] = np.log(float((level - _mean(level, 3)).std()) + 0.1)
-    return np.asarray(found - found.mean(), np.float32)
-
-
 def _pyramid(base: Map) -> tuple[Map, ...]:
     levels = [base]
     while min(levels[-1].shape) >= 2 * MIN_LEVEL_PX:
@@ -131,15 +105,9 @@ def _pyramid(base: Map) -> tuple[Map, ...]:
     return tuple(levels)
 
 
-def sample(maps: PictureMaps, channels: int, level: int, spots: Map, columns: Map, rows: Map) -> Map:
-    """Values (channels, N, points) of the first maps at one level, at offsets (points,) in diameters from spots (N, 3);
-    edges are drawn out."""
+def sample(maps: PictureMaps, level: int, spots: Map, columns: Map, rows: Map) -> Map:
+    """Brightness (N, points) at one level, at offsets (points,) in diameters from spots (N, 3); edges are drawn out."""
     x, y = (maps.to_level(spots[:, i : i + 1] + spots[:, 2:3] * part, level) for i, part in enumerate((columns, rows)))
-    # Fixed-point coordinates: made once for all maps.
     fixed, parts = cv2.convertMaps(x, y, cv2.CV_16SC2)
-    return np.stack(
-        [
-            cv2.remap(maps.levels[channel][level], fixed, parts, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            for channel in range(channels)
-        ]
-    )
+    found = cv2.remap(maps.levels[0][level], fixed, parts, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(found, np.float32)

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from rover.detection.classifier import Classifier, default_model
 from rover.detection.evidence_settings import EvidenceSettings
 from rover_hil.referee import FAIR_CONTRAST_K
-from scipy import stats
 
 from tools.bench.detector import CLASSES, Driven, drive_all, false_of, is_found, reports
 
@@ -66,6 +65,8 @@ def by_class(runs: list[Driven]) -> list[dict[str, Any]]:
 
 
 def _counted(by: str, what: str, hits: list[bool]) -> dict[str, Any]:
+    from scipy import stats  # `rover` itself does without it
+
     found, mines = sum(hits), len(hits)
     low = float(stats.beta.ppf(0.025, found, mines - found + 1)) if found else 0.0
     high = float(stats.beta.ppf(0.975, found + 1, mines - found)) if found < mines else 1.0

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -17,7 +18,7 @@ else:  # pragma: no cover - Python 3.10
 def read_toml(path: Path) -> dict[str, Any]:
     """The document as nested dicts; raises BadInput when it can't be read or parsed."""
     try:
-        with path.open("rb") as file:
+        with plain_file(path).open("rb") as file:
             document: dict[str, Any] = tomllib.load(file)
             return document
     except FileNotFoundError:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 from rover.errors import LinkLost, PreflightFailed, SafetyStop
+from rover.link.bench import Bench
 from rover.link.clock import WallClock
+from rover.link.disturbance import Disturbance
+from rover.link.frames import SerialFrames
 from rover.link.session import Link
 from rover.link.telemetry import FirmwareState, LogLine, WheelMotion
 from rover.link.transport import SerialTransport
@@ -154,3 +157,42 @@ def test_over_a_real_pty_in_real_time(pty_firmware) -> None:
 def test_a_port_that_is_not_there_is_a_preflight_failure() -> None:
     with pytest.raises(PreflightFailed, match="cannot open the port /nowhere/tty: No such file"):
         SerialTransport("/nowhere/tty")
+
+
+def frozen(link: Link, world, firmware, seconds: float) -> None:
+    """The host stands still: what the firmware says meanwhile is there only after the first look."""
+    firmware.mute = True
+    world.advance(world.now() + seconds)
+    link.poll()
+    firmware.mute = False
+
+
+@pytest.mark.parametrize("seconds", [0.5, 1.0, 3.0, 30.0])
+def test_a_host_that_stood_still_does_not_blame_the_wire(world, firmware, seconds: float) -> None:
+    link = Link(world, world)
+    link.connect()
+    listen(link, 0.5)
+    frozen(link, world, firmware, seconds)
+    listen(link, 2.0)
+
+
+def test_a_wire_that_is_gone_is_noticed_by_a_host_that_keeps_stumbling(world, firmware) -> None:
+    link = Link(world, world)
+    link.connect()
+    listen(link, 0.5)
+    firmware.mute = True
+    with pytest.raises(LinkLost, match="nothing from the firmware"):
+        stumble(link, world)
+
+
+def stumble(link: Link, world) -> None:
+    for _ in range(10):
+        world.advance(world.now() + 0.4)
+        link.poll()
+
+
+def test_a_bench_of_a_firmware_that_never_tells_how_far_it_is_ends_and_says_so(world, firmware) -> None:
+    bench = Bench(SerialFrames(world), world, Disturbance(), 1)
+    with pytest.raises(LinkLost, match="has not told"):
+        bench.run(5.0)
+    assert world.now() < 30.0

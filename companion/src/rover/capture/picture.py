@@ -6,6 +6,7 @@ A file that knows its temperatures gives these, as kelvin × 100, and not the pr
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +18,9 @@ from rover.capture.temperatures import as_centikelvin, kelvin_of_floats
 from rover.errors import BadInput
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
+
+# Kinds of pictures that keep 16 bits; others are written with 8, or not at all.
+HOLDS_16_BITS = (".png", ".tif", ".tiff")
 
 
 def files_of(place: Path | str, endings: tuple[str, ...] = EXTENSIONS, kind: str = KINDS) -> list[Path]:
@@ -67,8 +71,15 @@ def read_counts(path: Path | str) -> NDArray[np.uint16]:
     return image.astype(np.uint16, copy=False)
 
 
+def check_name(path: Path, dtype: np.dtype[Any]) -> None:
+    """Raises BadInput for a name whose kind of picture does not hold these pixels as they are."""
+    if dtype == np.uint16 and path.suffix.lower() not in HOLDS_16_BITS:
+        raise BadInput(f"{path}: {path.suffix or 'no ending'} does not hold 16 bits: name a .png or .tiff")
+
+
 def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     """Writes (H, W) of 8 or 16 bits; the name's ending says how. Raises BadInput when that cannot be done."""
+    check_name(path, picture.dtype)
     try:
         done = cv2.imwrite(str(path), picture)
     except cv2.error:

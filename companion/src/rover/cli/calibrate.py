@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rover.cli.out_file import spare_inputs
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 
@@ -61,6 +62,10 @@ def command(
     if sum(option is not None for option in (board, box, fov, ground)) != 1:
         raise BadInput(EXCLUSIVE)
     files = images or []
+    if out is not None:
+        spare_inputs(out, [*files, *([ground] if ground is not None else [])])
+        if out.suffix.lower() != ".toml":
+            raise BadInput(f"--out {out}: a camera's file ends in .toml")
     target = None
     if board is not None:
         if square is None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from rover.cli.out_file import spare_inputs
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
 
@@ -35,14 +36,16 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import write_picture
+    from rover.capture.picture import check_name, write_picture
     from rover.cli.pictures import read_picture
     from rover.cli.progress import progress
     from rover.vision.camera.file import load_camera
     from rover.vision.mosaic.picture_graph import GraphSettings, place_pictures
     from rover.vision.mosaic.stitch import stitch
 
+    spare_inputs(out, images)
     pictures = [read_picture(image) for image in images]
+    check_name(out, pictures[0].dtype)
     for image, picture in zip(images, pictures, strict=True):
         if picture.dtype != pictures[0].dtype:
             raise BadInput(f"{image}: {picture.dtype} pixels, {images[0]} has {pictures[0].dtype}: give one kind")

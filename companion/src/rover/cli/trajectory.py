@@ -12,6 +12,7 @@ import typer
 
 from rover.cli.output import say, write_json, write_text
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 from rover.vehicle import STANDARD
 
 if TYPE_CHECKING:
@@ -115,7 +116,7 @@ def read_path(name: str) -> list[list[float]]:
     """The points of a path file. Raises BadInput."""
     where = "stdin" if name == "-" else name
     try:
-        content = sys.stdin.read() if name == "-" else Path(name).read_text(encoding="utf-8")
+        content = sys.stdin.read() if name == "-" else plain_file(Path(name)).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a text file"
         raise BadInput(f"{where}: {reason}") from error

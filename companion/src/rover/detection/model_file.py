@@ -8,6 +8,7 @@ from pathlib import Path
 import onnxruntime
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 
 def shipped(name: str) -> Path:
@@ -24,7 +25,7 @@ def open_model(file: Path, again: str) -> tuple[onnxruntime.InferenceSession, st
     cannot be read, is not the one that the `.sha256` beside it names, or is no model.
     """
     try:
-        content = file.read_bytes()
+        content = plain_file(file).read_bytes()
     except OSError as error:
         raise BadInput(f"{file}: the classifier cannot be read ({error.strerror}); {again}") from error
     sha256 = hashlib.sha256(content).hexdigest()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from rover_protocol import messages
 
-from rover.errors import SafetyStop
+from rover.errors import LinkLost, SafetyStop
 from rover.link.clock import Clock
 from rover.link.disturbance import Disturbance, DisturbedFrames, disturb
 from rover.link.frames import FrameTransport
@@ -38,6 +38,9 @@ SETTLE_S = 0.5
 MAX_DELAY_S = 20.0
 
 CONNECT_TIMEOUT_S = 10.0
+
+# Seconds for the first reports of what is executed; the slowest comes ten times a second.
+REPORT_TIMEOUT_S = 5.0
 SEGMENT_MESSAGES = {messages.BY_NAME[name].ID for name in ("SegmentStart", "SegmentTravel", "SegmentHeading")}
 
 FirmwareTime = Callable[[], float]
@@ -147,6 +150,9 @@ class Bench:
     def _run_for(self, seconds: float) -> None:
         end = self._clock.now() + seconds
         while self._clock.now() < end or self._executed.reference is None or self._executed.status is None:
+            if self._clock.now() > end + REPORT_TIMEOUT_S:
+                missing = "which motion it executes" if self._executed.status is None else "how far it has turned"
+                raise LinkLost(f"the firmware answers, but has not told {missing} for {REPORT_TIMEOUT_S:g} s")
             self._cycle()
 
     def _cycle(self) -> None:

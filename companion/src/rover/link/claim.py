@@ -26,6 +26,8 @@ MAX_NOTE_BYTES = 4096
 MAX_SHOWN = 120
 # Buses within one process, for tests and rigs: nobody else can come in.
 UNCLAIMED = ("virtual",)
+# Major numbers of /dev/pts/N on Linux.
+PSEUDO_TERMINALS = range(136, 144)
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,8 @@ class Claim:
             _held.pop(self._identity, None)
             with suppress(OSError):
                 os.ftruncate(self._file, 0)
+                if re.fullmatch(r"serial-\d+-\d+-\d+", self._identity):  # a pseudo-terminal that will not come back
+                    os.unlink(folder() / f"{self._identity}.lock")
             os.close(self._file)
             self._file = None
 
@@ -122,7 +126,9 @@ def device_of(port: str) -> str | None:
         return None
     if not stat.S_ISCHR(found.st_mode):
         return None
-    return f"serial-{os.major(found.st_rdev)}-{os.minor(found.st_rdev)}"
+    name = f"serial-{os.major(found.st_rdev)}-{os.minor(found.st_rdev)}"
+    # The number of a pseudo-terminal is given to another one as soon as it is gone: its birth tells them apart.
+    return f"{name}-{found.st_ctime_ns}" if os.major(found.st_rdev) in PSEUDO_TERMINALS else name
 
 
 def folder() -> Path:

@@ -47,6 +47,9 @@ CLOCK_FAST_COUNT = 20
 # Seconds after which a clock request that was not answered is asked again.
 CLOCK_ANSWER_TIMEOUT_S = 0.1
 
+# Seconds between two looks at the wire from which on it is the host that has stood still, not the wire.
+STALL_S = 0.25
+
 # Seconds without a byte after which the link counts as lost; the firmware says something every 20 ms.
 MAX_SILENCE_S = 1.0
 
@@ -82,6 +85,8 @@ class Link:
         self._clock_sent: dict[int, float] = {}
         self._backlog: deque[Telemetry] = deque()
         self._silent_since: float | None = None
+        # When the wire was last looked at for its silence, seconds.
+        self._looked: float | None = None
         self._stop_wanted: tuple[str, int] | None = None
 
     @property
@@ -283,6 +288,10 @@ class Link:
     def _check_silence(self, now: float) -> None:
         heard = self.wire.last_heard
         since = max(heard if heard is not None else 0.0, self._silent_since or 0.0)
+        looked, self._looked = self._looked, now
+        if looked is not None and now - looked > STALL_S:
+            # The host has stood still: what came meanwhile may still be on its way in. It counts as a short silence.
+            since = self._silent_since = max(now - max(looked - since, 0.0) - STALL_S, since)
         if now - since > MAX_SILENCE_S:
             raise LinkLost(f"link lost: nothing from the firmware for {now - since:.1f} s")
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from rover_protocol import messages
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 BLOCK_BYTES = 512
 MAGIC = (0x0A324655, 0x9E5D5157)
@@ -82,7 +83,7 @@ class Uf2:
 def read_uf2(path: Path) -> Uf2:
     """The file, checked block by block. Raises BadInput that says which block is wrong."""
     try:
-        content = path.read_bytes()
+        content = plain_file(path).read_bytes()
     except OSError as error:
         raise BadInput(f"{path}: cannot be read: {error.strerror or error}") from error
     if not content or len(content) % BLOCK_BYTES:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFile, UnidentifiedImageError
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 # 13,000 × 13,000; the reader itself refuses a little more.
 MAX_CELLS = 170_000_000
@@ -32,7 +33,7 @@ def read_shades(path: Path) -> Shades:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_CELLS bounds it
-            picture = Image.open(path)
+            picture = Image.open(plain_file(path))
         if picture.width * picture.height > MAX_CELLS:
             raise BadInput(f"{path}: {picture.width}×{picture.height} cells are too many for a map")
         _check_maximum(picture, path)

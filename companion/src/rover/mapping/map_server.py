@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rover.errors import BadInput
 from rover.mapping.map_picture import Shades, read_shades
+from rover.plain_file import plain_file
 
 
 class Grid(Protocol):
@@ -132,7 +133,7 @@ def _raw(shades: Shades, free_below: float) -> tuple[NDArray[np.bool_], NDArray[
 
 def _entries(file: Path) -> dict[str, Any]:
     try:
-        values = yaml.safe_load(file.read_bytes().decode("utf-8-sig"))
+        values = yaml.safe_load(plain_file(file).read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise BadInput(f"{file}: {error.strerror or error}") from error
     except UnicodeDecodeError as error:

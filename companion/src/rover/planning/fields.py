@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rover.errors import BadInput
 from rover.mapping import map_server
+from rover.plain_file import plain_file
 from rover.toml_table import Table
 
 # Coordinates beyond this lose the millimetre.
@@ -176,6 +177,6 @@ def load_field(
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8", errors="replace")
+        return plain_file(path).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise BadInput(f"{path}: {error.strerror or error}") from error

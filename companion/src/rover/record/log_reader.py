@@ -17,6 +17,7 @@ from zstandard import ZstdError
 
 from rover.errors import BadInput
 from rover.link.intake import Cycle
+from rover.plain_file import plain_file
 from rover.record.device_cycle import unpack_cycle
 from rover.record.rig_step import RigStep, unpack_step
 from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
@@ -111,7 +112,7 @@ class Log:
         """All records up to where the file ends or is damaged."""
         begun = False
         try:
-            with self.path.open("rb") as stream:
+            with plain_file(self.path).open("rb") as stream:
                 reader = StreamReader(
                     stream, emit_chunks=chunks_whole, validate_crcs=True, record_size_limit=MAX_RECORD_BYTES
                 )

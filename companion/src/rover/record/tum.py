@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 TUM_HEADER = "# timestamp tx ty tz qx qy qz qw\n"
 
@@ -31,7 +32,7 @@ def read_tum(path: Path) -> NDArray[np.float64]:
     """Poses (N, 4) of time, x, y, heading (the yaw). Raises BadInput naming the line that is wrong."""
     poses = []
     try:
-        text = path.read_text(encoding="utf-8")
+        text = plain_file(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{path}: cannot read the trajectory: {error}") from error
     for number, line in enumerate(text.splitlines(), start=1):

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 from rover.vision.calibration.fit import fit
 from rover.vision.camera.model import OPTICAL_IN_LEVEL, CameraModel
 
@@ -43,7 +44,7 @@ class Mounted:
 def read_points(file: Path, columns: tuple[str, ...]) -> Points:
     """A CSV file with a header that names at least `columns`, (N, len(columns)). Raises BadInput naming the line."""
     try:
-        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+        rows = list(csv.DictReader(plain_file(file).read_text(encoding="utf-8").splitlines()))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{file}: cannot be read as a table of points ({error})") from error
     values = []

@@ -2,6 +2,19 @@
 
 from __future__ import annotations
 
+# What an exit code of any command means: one thing each, as the pages, the help and the scenarios say it.
+EXIT_CODES = {
+    0: "done",
+    1: "unexpected error",
+    2: "usage or bad input",
+    3: "pre-flight failed",
+    4: "no path",
+    5: "ended by the operator",
+    6: "safety stop",
+    7: "link lost",
+    8: "partial, can be resumed",
+}
+
 
 class RoverError(Exception):
     """An expected failure: one clear line for the user and an exit code for scripts."""

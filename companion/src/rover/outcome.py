@@ -40,3 +40,7 @@ class Outcome:
 
     status: RunStatus
     reason: str
+
+    def __post_init__(self) -> None:
+        if not self.reason.strip():
+            raise ValueError(f"{self.status}: an end without a reason")

@@ -180,8 +180,14 @@ class Watch:
         self.judge.event(name, moment)
         self.track.events.append((moment.time, text))
 
+    def _awaited(self) -> bool:
+        """Whether a fault may still come: one that waits for a moment of the drive does not, once another has ended it."""
+        names = {injection.name for injection in self._scenario.injections}
+        ended = not self._companion.driving and bool(self._scenario.expectations) and bool(names & set(self._times))
+        return any(injection.when is None or not ended for injection in self._waiting)
+
     def _check_over(self, now: float) -> None:
-        busy = self._waiting or self._lasting or self._companion.driving or not self.judge.decided
+        busy = self._awaited() or self._lasting or self._companion.driving or not self.judge.decided
         if busy:
             self.settled_at = None
         elif self.settled_at is None:

@@ -14,13 +14,13 @@ from typer.main import get_command
 import rover
 from rover.cli.commands import CONTEXT, Commands
 from rover.cli.output import say, silence, write_text
-from rover.errors import Aborted, BadInput, RoverError
+from rover.errors import EXIT_CODES, Aborted, BadInput, RoverError
 
 UNEXPECTED = 1
-HELP = """A landmine-detection rover: run missions, and use each of their parts by itself.
+CODES = ", ".join(f"{code} {meaning}" for code, meaning in EXIT_CODES.items())
+HELP = f"""A landmine-detection rover: run missions, and use each of their parts by itself.
 
-Exit codes: 0 done, 1 unexpected error, 2 usage or bad input, 3 pre-flight failed, 4 no path, 5 ended by the
-operator, 6 safety stop, 7 link lost, 8 partial, can be resumed.
+Exit codes: {CODES}.
 
 \b
 Examples:

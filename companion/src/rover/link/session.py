@@ -347,7 +347,7 @@ class Link:
             reasons.append("the battery is too low")
         if not state.handshake_done:
             reasons.append("it has not accepted the handshake")
-        why = ", ".join(reasons) or ("it refused" if refused else "no reason given")
+        why = ", ".join(reasons) or ("it refused" if refused else "it has not answered")
         return f"the firmware does not arm: {why} (state {state.state}, last stop: {state.cause})"
 
     def _no_answer(self, timeout: float) -> str:

@@ -52,7 +52,7 @@ def _headline(result: RunResult) -> Html:
     simulated = NOTHING
     if result.identities.simulated:
         simulated = paragraph("Simulated field: no real ground was surveyed.", "simulated")
-    sentence = result.reason.strip().rstrip(".") or "no reason was given"
+    sentence = result.reason.strip().rstrip(".")
     reason = text(sentence[0].upper() + sentence[1:])
     broken = sections.broken(result)
     alarm = NOTHING

@@ -181,7 +181,7 @@ class Watch:
         self.track.events.append((moment.time, text))
 
     def _awaited(self) -> bool:
-        """Whether a fault may still come: one that waits for a moment of the drive does not, once another has ended it."""
+        """Whether a fault may still come: none that waits for a moment of a drive which another one has ended."""
         names = {injection.name for injection in self._scenario.injections}
         ended = not self._companion.driving and bool(self._scenario.expectations) and bool(names & set(self._times))
         return any(injection.when is None or not ended for injection in self._waiting)

@@ -16,6 +16,7 @@ from rover.errors import BadInput
 from rover.link.statistics import LinkFigures
 from rover.mission.ending import short_of
 from rover.mission.freespace import disc_mask
+from rover.mission.fresh_ground import fresh_wheel_area
 from rover.mission.goals import Goal, GoalState
 from rover.mission.survey import Survey
 from rover.mission.track import Track
@@ -98,6 +99,7 @@ def assemble(
         obstacles=_obstacles(survey),
         unsurveyed=_unsurveyed(survey),
         surveyed_area=float(shown.sum()) * grid.resolution**2,
+        fresh_wheel=fresh_wheel_area(track.fused[:, 1:4], survey.vehicle),
         wanted_area=float(survey.coverage.wanted.sum()) * grid.resolution**2 if area.polygon or area.exclude else None,
         coverage=coverage,
         home=None if home is None else HomeResult(home.reached, home.reason),

@@ -23,6 +23,9 @@ from rover.vehicle import Vehicle
 # and in any case. A mine 5 cm deep at one in the afternoon answers with about 4; bare loam has one or two spots of 2.5
 # a square metre and one of 3.2 in four.
 CAUTIOUS, BOLD = 2.5, 3.2
+# A spot that comes up while a stretch is driven must be so much likelier: the ground's spread is estimated anew with
+# every frame, and what lies near the threshold comes and goes.
+SURER = 0.5
 # Half the side of a spot that nothing of the rover may touch, metres: its wheels, which stand 3 cm within the hull and
 # its margin, then stay 3 cm off a mine of 11 cm that lies up to 4 cm from where the spot peaks.
 SPOT_RADIUS = 0.045
@@ -43,6 +46,7 @@ class Caution:
         self._grid = grid
         self._sign = sign
         self._driven = np.zeros(grid.shape, np.uint8)
+        self._spots = np.zeros(grid.shape, np.float32)  # likeness where it peaks, else 0
         self.likeness: NDArray[np.float32] | None = None
 
     def look(self, pose: Pose2) -> None:
@@ -50,6 +54,7 @@ class Caution:
         size, (rows, columns) = self._grid.resolution, self._grid.shape
         if self.likeness is None:
             self.likeness = likeness(self._plain(np.s_[:, :]), size, self._sign)
+            self._find(slice(0, rows), slice(0, columns))
             return
         reach, row, column = math.ceil(WINDOW / size), int(pose.y / size), int(pose.x / size)
         window = (
@@ -57,6 +62,20 @@ class Caution:
             slice(max(column - reach, 0), min(column + reach, columns)),
         )
         self.likeness[window] = likeness(self._plain(window), size, self._sign)
+        self._find(*window)
+
+    def forget(self) -> None:
+        """The ground has moved in map: all of it is looked at anew."""
+        self.likeness = None
+
+    def _find(self, rows: slice, columns: slice) -> None:
+        """The spots of a window; those outside are what they were."""
+        assert self.likeness is not None
+        size = self._grid.resolution
+        found = peaks(self.likeness[rows, columns], size, CAUTIOUS)
+        self._spots[rows, columns] = 0.0
+        at = (found[:, [1, 0]] / size).astype(int) + np.array([rows.start, columns.start])
+        self._spots[at[:, 0], at[:, 1]] = found[:, 2]
 
     def _plain(self, window: tuple[slice, slice]) -> NDArray[np.float32]:
         """The mosaic without obstacles and their edges, whose warmth is none of the ground's."""
@@ -76,8 +95,7 @@ class Caution:
         if self.likeness is None:
             return space
         size = self._grid.resolution
-        spots = peaks(self.likeness, size, least)
-        rows, columns = (spots[:, [1, 0]] / size).astype(int).T
-        away = np.hypot(spots[:, 0] - pose.x, spots[:, 1] - pose.y) >= UNDER
-        kept = spots[away & (self._driven[rows, columns] == 0)]
-        return keep_off(space, np.column_stack((kept[:, :2], np.full(len(kept), SPOT_RADIUS))))
+        rows, columns = np.nonzero((self._spots >= least) & (self._driven == 0))
+        x, y = (columns + 0.5) * size, (rows + 0.5) * size
+        away = np.hypot(x - pose.x, y - pose.y) >= UNDER
+        return keep_off(space, np.column_stack((x, y, np.full(len(x), SPOT_RADIUS)))[away])

@@ -95,9 +95,11 @@ def keep_off(space: FreeSpace, discs: NDArray[np.float64]) -> FreeSpace:
     """The same with more forbidden ground: discs (N, 3) of x, y and radius, metres, that hide nothing."""
     if not len(discs):
         return space
-    blocked = space.blocked.copy()
+    blocked, size = space.blocked.copy(), space.resolution
     for x, y, r in discs.tolist():
-        blocked |= disc_mask(blocked.shape, space.resolution, x, y, r)
+        top, left = max(0, int((y - r) / size)), max(0, int((x - r) / size))
+        patch = blocked[top : int((y + r) / size) + 1, left : int((x + r) / size) + 1]
+        patch |= disc_mask((patch.shape[0], patch.shape[1]), size, x - left * size, y - top * size, r)
     return replace(space, blocked=blocked, free=_erode(blocked, space.resolution, space.radius))
 
 

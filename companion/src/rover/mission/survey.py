@@ -21,7 +21,7 @@ from rover.detection.second_look import sign_at
 from rover.geometry import wrap_angle
 from rover.link.telemetry import Battery, FirmwareState, Telemetry
 from rover.link.words import MotorState
-from rover.mission.caution import BOLD, CAUTIOUS, Caution
+from rover.mission.caution import BOLD, CAUTIOUS, SURER, Caution
 from rover.mission.checks import Checks
 from rover.mission.conclusion import Conclusion, Ending
 from rover.mission.config import Mission
@@ -151,7 +151,7 @@ class Survey:
         self.heed(now)
         space = self._free_space() if mapped else None
         if space is not None and not self.drive.at_rest(now):
-            careful = self.caution.keep_off(space, self._kept_off, self.perception.pose)
+            careful = self.caution.keep_off(space, self._kept_off + SURER, self.perception.pose)
             if self.drive.check(careful, self.perception.pose, space):
                 return Orders(stop=True)
         segments, start = self.drive.step(now, self.perception.pose)
@@ -174,6 +174,7 @@ class Survey:
             shift = self.perception.shift()
             if shift is not None:
                 self.drive.move(shift)
+                self.caution.forget()
                 self._target = self._target and self._target.moved(shift)
         self.caution.drive(self.perception.pose, self.vehicle)
         if mapped:

@@ -85,6 +85,7 @@ def _figures(result: RunResult) -> Html:
         *coverage,
         ("goals reached", text(f"{reached} of {len(result.goals)}")),
         *truth,
+        ("ground under the wheels", text(f"{result.fresh_wheel:.2f} m²")),
         (f"driven in {sections.clock(result.duration)} min", text(f"{result.distance:.1f} m")),
         *home,
         ("position ±1σ, largest", text("unknown" if sigma is None else sections.centimetres(sigma))),

@@ -240,6 +240,8 @@ class RunResult:
     obstacles: tuple[ObstacleResult, ...] = ()
     unsurveyed: tuple[Unsurveyed, ...] = ()
     surveyed_area: float = 0.0
+    # Ground that the wheels have pressed, each piece once, m².
+    fresh_wheel: float = 0.0
     # Of the area to survey, m²; None: all of width by height.
     wanted_area: float | None = None
     coverage: Coverage | None = None
@@ -279,6 +281,7 @@ class RunResult:
             "site": self.site.document(),
             "duration_s": round(self.duration, 3),
             "distance_m": round(self.distance, 4),
+            "fresh_wheel_m2": round(self.fresh_wheel, 4),
             "area_m2": round(self.area_m2, 4),
             "surveyed_m2": round(self.surveyed_area, 4),
             "coverage": None if self.coverage is None else round(self.coverage.share, 4),

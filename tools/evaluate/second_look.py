@@ -37,12 +37,14 @@ def mosaic(ground: Ground, rng: np.random.Generator) -> NDArray[np.float32]:
     y, x = (np.mgrid[:rows, :columns] + 0.5) * CELL_M
     for ox, oy, radius, _ in ground.obstacles.tolist():
         kelvin[np.hypot(x - ox, y - oy) < radius + CELL_M] = np.nan
-    return (kelvin + rng.normal(0.0, NOISE_K, kelvin.shape)).astype(np.float32)
+    return np.asarray(kelvin + rng.normal(0.0, NOISE_K, kelvin.shape), np.float32)
 
 
 def measure(first: int, fields: int) -> tuple[dict[float, list[float]], NDArray[np.float64], float]:
     """Likeness at every mine by its depth, that of every spot of bare ground, and the area in m²."""
-    mission, mines, bare = load("demo"), {}, []
+    mission = load("demo")
+    mines: dict[float, list[float]] = {}
+    bare: list[NDArray[np.float64]] = []
     sign = sign_at(mission.time_of_day_s / 3600.0)
     for seed in range(first, first + fields):
         ground = build(mission, seed)

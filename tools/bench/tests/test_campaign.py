@@ -26,7 +26,9 @@ def write(folder: Path, seed: int, collisions: int, over: bool, contrast: float 
     (run / "truth.tum").write_text(way)
 
 
-def test_missions_are_counted_with_their_interval_and_mines_that_hardly_show_are_not(tmp_path, capsys) -> None:
+def test_missions_are_counted_with_their_interval_and_mines_that_hardly_show_are_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(tmp_path, 9, 0, True)
     write(tmp_path, 10, 2, False)
     write(tmp_path, 11, 0, True, contrast=0.3)
@@ -40,7 +42,9 @@ def test_missions_are_counted_with_their_interval_and_mines_that_hardly_show_are
     assert "per m² surveyed | 0.004" in said
 
 
-def test_a_mission_without_a_result_is_named_and_no_success(tmp_path, capsys) -> None:
+def test_a_mission_without_a_result_is_named_and_no_success(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(tmp_path, 1, 0, False)
     (tmp_path / "seed-2").mkdir()
     assert main([str(tmp_path)]) == 1

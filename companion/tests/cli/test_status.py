@@ -37,6 +37,12 @@ def port(free_rig, request):
 
 
 @pytest.mark.rig("sitl")
+def test_a_firmware_that_never_crashed_says_so(rover, port):
+    assert json.loads(rover("status", "--port", port, "--crash", "--json").out) == {"cause": None}
+    assert "no crash is recorded" in rover("status", "--port", port, "--crash", "--clear").out
+
+
+@pytest.mark.rig("sitl")
 def test_a_firmware_tells_who_and_how_it_is(rover, port):
     result = rover("status", "--port", port, "--json")
     told = json.loads(result.out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rover.errors import BadInput
+from rover.toml_file import read_toml
 from rover.toml_table import Table
 
 FILE = Path("some.toml")
@@ -76,3 +78,28 @@ def test_whatever_stands_in_a_file_is_told_on_one_line(key: str, value: str) -> 
         with pytest.raises(BadInput) as caught:
             read(Table(FILE, {key: "." + value}, "part"))
         assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [
+        (".".join(["a"] * 50_000) + " = 1\n", "a key of over 32 parts"),
+        ("[" + " . ".join(['"a b"'] * 5_000) + "]\n", "a key of over 32 parts"),
+        ("a = 1\n" + "#" * 1_100_000, "over 1 MB"),
+        ("a" * 1_000_000, "not valid TOML"),
+    ],
+    ids=["dotted", "quoted, of a table", "large", "one word"],
+)
+def test_what_would_cost_more_than_it_can_be_worth_is_refused_at_once(tmp_path: Path, content: str, part: str) -> None:
+    file = tmp_path / "hostile.toml"
+    file.write_text(content)
+    begin = time.process_time()
+    with pytest.raises(BadInput, match=part):
+        read_toml(file)
+    assert time.process_time() - begin < 10.0
+
+
+def test_long_rows_of_numbers_are_no_long_keys(tmp_path: Path) -> None:
+    file = tmp_path / "mission.toml"
+    file.write_text("a.b.c = [" + ", ".join(["1.25"] * 500) + "]\nname = '" + "v1.2." * 6 + "'\n")
+    assert len(read_toml(file)["a"]["b"]["c"]) == 500

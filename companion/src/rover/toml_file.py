@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,29 @@ if sys.version_info >= (3, 11):
 else:  # pragma: no cover - Python 3.10
     import tomli as tomllib
 
+# A mission with a hundred obstacles and its outlines has some 10 kB. What is larger is none, and to take it apart may
+# cost a thousand times its size: time and memory grow with the square of a key's parts.
+MAX_BYTES = 2**20
+MAX_KEY_PARTS = 32
+# A part is bounded, so that looking for them costs no more than a few hundred steps a character.
+PART = r"""(?:[A-Za-z0-9_-]{1,200}|"[^"\n]{0,200}"|'[^'\n]{0,200}')"""
+LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{PART}[ \t]*\.[ \t]*){{{MAX_KEY_PARTS}}}")
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The document as nested dicts; raises BadInput when it can't be read or parsed."""
     try:
         with plain_file(path).open("rb") as file:
-            document: dict[str, Any] = tomllib.load(file)
-            return document
+            content = file.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise BadInput(f"{path}: over {MAX_BYTES // 2**20} MB: no file of this kind is so large")
+        text = content.decode()
+        if LONG_KEY.search(text):
+            raise BadInput(f"{path}: not valid here: a key of over {MAX_KEY_PARTS} parts")
+        document: dict[str, Any] = tomllib.loads(text.replace("\r\n", "\n"))
+        return document
+    except BadInput:
+        raise
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
     except IsADirectoryError:

@@ -9,9 +9,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
 from rover.capture import Frame, open_source
 from rover.capture.devices import Camera, list_cameras
 from rover.capture.latest import LatestFrames
+from rover.capture.mcap_log import McapSource
+from rover.capture.source import kind_of
 from rover.errors import BadInput
 from rover.record.recording import Recording
 
@@ -54,9 +59,58 @@ def test_a_cut_log_gives_what_is_whole_or_one_line(tmp_path):
             recording.frame(0.1 * number, Frame(counts(number), 0.1 * number, number))
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) // 2])
-    frames = []
-    with pytest.raises(BadInput, match="cut"):
-        frames.extend(open_source(f"mcap:{file}"))
+    source = McapSource(str(file))
+    frames = list(source)
+    assert source.cut
+    assert 0 < len(frames) < 200
+    assert all((frame.counts == counts(number)).all() for number, frame in enumerate(frames))
+
+
+@pytest.mark.parametrize("packing", [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD])
+@pytest.mark.parametrize("share", [1.0, 0.7])
+def test_logs_of_others_are_read_however_they_are_packed_and_where_they_end(tmp_path, packing, share):
+    file = tmp_path / "theirs.mcap"
+    with file.open("wb") as stream:
+        writer = McapWriter(stream, compression=packing, chunk_size=4096)
+        writer.start()
+        schema = writer.register_schema("foxglove.RawImage", "protobuf", b"")
+        channel = writer.register_channel("/camera/thermal", "protobuf", schema)
+        for number in range(40):
+            image = RawImage(width=16, height=12, encoding="mono16", step=32, data=noise(number).tobytes())
+            writer.add_message(channel, number, image.SerializeToString(), number, number)
+        writer.finish()
+    file.write_bytes(file.read_bytes()[: int(share * file.stat().st_size)])
+    source = McapSource(str(file))
+    frames = list(source)
+    assert source.cut == (share < 1.0)
+    assert len(frames) == 40 if share == 1.0 else 10 < len(frames) < 40
+    assert all((frame.counts == noise(number)).all() for number, frame in enumerate(frames))
+
+
+def noise(number: int) -> np.ndarray:
+    return np.random.default_rng(number).integers(0, 65535, (12, 16)).astype(np.uint16)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("a.CPTV", "cptv"), ("a.mcap", "mcap"), ("a.mp4", "video"), ("a.seq", "file"), ("a.tif", "file"),
+     ("/dev/video3", "v4l2"), ("a.cptv?unit=raw", "cptv"), ("folder", "folder")],
+)  # fmt: skip
+def test_a_plain_path_tells_its_kind(name, kind):
+    assert kind_of(name) == kind
+
+
+def test_a_name_with_a_colon_in_it_is_a_file_where_there_is_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cv2.imwrite("18:30.png", np.full((12, 16), 29300, np.uint16))
+    (frame,) = open_source("18:30.png")
+    assert frame.counts[0, 0] == 29300
+
+
+def test_a_tiff_of_many_pages_gives_them_all(tmp_path):
+    pages = [np.full((12, 16), 29000 + number, np.uint16) for number in range(3)]
+    cv2.imwritemulti(str(tmp_path / "many.tif"), pages)
+    assert [int(frame.counts[0, 0]) for frame in open_source(str(tmp_path / "many.tif"))] == [29000, 29001, 29002]
 
 
 def write_video(file: Path, fourcc: str, frames: list[np.ndarray], depth: int) -> None:

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 import pytest
 from rover.capture.radiometric import read_thermogram, spikes
+from rover.capture.radiometry import Surroundings
 from rover.errors import BadInput
 
 from companion.tests.capture.flir_sample import MODEL, counts_of, flir_file, jpeg_with
@@ -168,3 +169,22 @@ def test_the_command_says_in_one_line_what_is_wrong(tmp_path):
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
     assert "note.jpg" in done.stderr
+
+
+def test_what_the_camera_did_not_know_can_be_told(data_folder: Path) -> None:
+    file = data_folder / "radiometric/FLIR_E40.jpg"
+    as_stored, darker, nearer = (
+        float(np.nanmedian(read_thermogram(file, 1, told).kelvin))
+        for told in (Surroundings(), Surroundings(emissivity=0.6, reflected=233.15), Surroundings(distance=0.0))
+    )
+    assert darker > as_stored + 1.0  # less of what arrives was the object's own cold sky, so the object is warmer
+    assert nearer != as_stored
+
+
+def test_what_is_told_must_be_possible_and_of_use(data_folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="--humidity 40"):
+        read_thermogram(data_folder / "radiometric/FLIR_E40.jpg", 1, Surroundings(humidity=40.0))
+    counts = tmp_path / "counts.png"
+    cv2.imwrite(str(counts), np.full((20, 30), 29300, np.uint16))
+    with pytest.raises(BadInput, match="temperatures already"):
+        read_thermogram(counts, 1, Surroundings(emissivity=0.9))

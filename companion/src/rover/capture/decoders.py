@@ -16,7 +16,7 @@ def decode_quietly(content: bytes) -> NDArray[Any] | None:
     """The first picture in `content` with its depth and channels kept; None where there is none to be read."""
     if not content:
         return None
-    with _silence():
+    with silence():
         try:
             return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error:
@@ -24,7 +24,7 @@ def decode_quietly(content: bytes) -> NDArray[Any] | None:
 
 
 @contextmanager
-def _silence() -> Iterator[None]:
+def silence() -> Iterator[None]:
     """Sends what the libraries write to the process's stderr nowhere; they know no other way to be told."""
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)

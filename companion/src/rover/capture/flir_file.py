@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.bounds import check_pixels
 from rover.capture.decoders import decode_quietly
 from rover.capture.jpeg_segments import APP1
 from rover.capture.radiometry import Radiometry
@@ -129,6 +130,9 @@ def _raw_picture(record: tuple[int, bytes], name: str) -> NDArray[np.uint16]:
     payload = content[RAW_HEADER_BYTES:]
     if payload.startswith(PNG_SIGNATURE):
         check_png(payload)
+        if struct.unpack_from(">II", payload, 16) != (width, height):
+            raise ValueError(f"its PNG payload is not of the announced {width}×{height}")
+        check_pixels(width, height, name)
         decoded = decode_quietly(payload)
         if decoded is None or decoded.dtype != np.uint16 or decoded.ndim != 2:
             raise ValueError("its PNG payload is not a readable 16-bit picture")

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.bounds import read_bounded
 from rover.capture.radiometric import has_thermal_record, read_thermogram
 from rover.capture.raster import KINDS, decode_raster
 from rover.capture.temperatures import as_centikelvin, kelvin_of_floats
@@ -43,18 +44,20 @@ def read_picture(path: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
     return read_picture_of_many(path)[0]
 
 
-def read_picture_of_many(path: Path | str) -> tuple[NDArray[np.uint8] | NDArray[np.uint16], int]:
-    """As `read_picture`, and how many frames the file holds."""
+def read_picture_of_many(
+    path: Path | str, frame: int = 1
+) -> tuple[NDArray[np.uint8] | NDArray[np.uint16], int]:
+    """As `read_picture`, the picture numbered `frame` from 1, and how many the file holds."""
     file = Path(path)
     if file.is_dir():
         raise BadInput(f"{file}: a folder, where a picture is expected")
     if not file.is_file():
         raise BadInput(f"{file}: no such picture")
-    content = file.read_bytes()
+    content = read_bounded(file)
     if has_thermal_record(content):
-        thermogram = read_thermogram(file)
+        thermogram = read_thermogram(file, frame)
         return as_centikelvin(thermogram.kelvin), thermogram.frames
-    raster = decode_raster(content, str(file))
+    raster = decode_raster(content, str(file), frame)
     pixels = raster.pixels
     if pixels.dtype == np.uint8:
         return np.asarray(pixels, np.uint8), raster.frames

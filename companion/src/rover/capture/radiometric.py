@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.bounds import read_bounded
 from rover.capture import exif, flir_file, jpeg_segments
+from rover.capture.radiometry import Surroundings
 from rover.capture.raster import check_frame, decode_raster
 from rover.capture.temperatures import PLAUSIBLE_KELVIN, check_median, kelvin_of_counts, kelvin_of_floats
 from rover.errors import BadInput
@@ -17,6 +19,7 @@ from rover.errors import BadInput
 # of four cameras none lies beyond by more than 6 K or by more than its neighbours' range.
 SPIKE_KELVIN, SPIKE_RATIO = 30.0, 5.0
 # Segments of a JPEG in which DJI's own cameras keep their thermal record.
+AS_IN_THE_FILE = Surroundings()
 DJI_SEGMENTS = frozenset((0xE3, 0xE4, 0xE5))
 
 
@@ -40,8 +43,8 @@ def has_thermal_record(data: bytes) -> bool:
     )
 
 
-def read_thermogram(path: Path | str, frame: int = 1) -> Thermogram:
-    """Decodes a radiometric file, of many frames the one numbered `frame` from 1.
+def read_thermogram(path: Path | str, frame: int = 1, told: Surroundings = AS_IN_THE_FILE) -> Thermogram:
+    """Decodes a radiometric file, of many frames the one numbered `frame` from 1; told: instead of what the file says.
 
     Raises BadInput, one line, for a file that is missing, damaged, not radiometric, or has no such frame.
     """
@@ -51,16 +54,18 @@ def read_thermogram(path: Path | str, frame: int = 1) -> Thermogram:
         raise BadInput(f"{name}: a folder, where a radiometric file is expected")
     if not file.is_file():
         raise BadInput(f"{name}: no such file")
-    data = file.read_bytes()
+    data = read_bounded(file)
     if not data:
         raise BadInput(f"{name}: the file is empty")
     if data.startswith(flir_file.FILE_SIGNATURE):
         parts = flir_file.split_frames(data)
         check_frame(frame, len(parts), name)
-        return _of_flir(flir_file.parse(parts[frame - 1], name), "", name, frame, len(parts))
+        return _of_flir(flir_file.parse(parts[frame - 1], name), "", name, told, frame, len(parts))
     if data.startswith(jpeg_segments.START_OF_IMAGE):
         check_frame(frame, 1, name)
-        return _of_jpeg(data, name)
+        return _of_jpeg(data, name, told)
+    if told.given():
+        raise BadInput(f"{name}: its pixels are temperatures already: emissivity and the like cannot be changed")
     raster = decode_raster(data, name, frame)
     if raster.pixels.dtype == np.uint8:
         raise BadInput(f"{name}: an 8-bit picture: not a radiometric file")
@@ -69,7 +74,7 @@ def read_thermogram(path: Path | str, frame: int = 1) -> Thermogram:
     return Thermogram("unknown", kelvin, frame, raster.frames)
 
 
-def _of_jpeg(data: bytes, name: str) -> Thermogram:
+def _of_jpeg(data: bytes, name: str, told: Surroundings) -> Thermogram:
     segments = list(jpeg_segments.segments(data, name))
     camera = exif.camera_name(segments)
     record = flir_file.join_segments(segments, name)
@@ -82,11 +87,13 @@ def _of_jpeg(data: bytes, name: str) -> Thermogram:
         whose = f" of {camera}" if camera else ""
         raise BadInput(f"{name}: a JPEG{whose} without FLIR's thermal record: not a radiometric file")
     jpeg_segments.check_end(data, name)
-    return _of_flir(flir_file.parse(record, name), camera, name)
+    return _of_flir(flir_file.parse(record, name), camera, name, told)
 
 
-def _of_flir(content: flir_file.FlirFile, camera: str, name: str, frame: int = 1, frames: int = 1) -> Thermogram:
-    kelvin = content.radiometry.kelvin(content.raw)
+def _of_flir(
+    content: flir_file.FlirFile, camera: str, name: str, told: Surroundings, frame: int = 1, frames: int = 1
+) -> Thermogram:
+    kelvin = told.applied(content.radiometry).kelvin(content.raw)
     check_median(kelvin, PLAUSIBLE_KELVIN, f"{name}: damaged thermal record")
     alone = spikes(kelvin)
     if alone:

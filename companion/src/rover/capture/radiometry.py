@@ -7,7 +7,7 @@ weakened by what comes after it. Half of the way lies on either side of the wind
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,45 @@ from rover.errors import BadInput
 
 # In kelvin.
 ZERO_CELSIUS = 273.15
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a person knows better than the camera; None: as in the file. reflected: kelvin, distance: metres."""
+
+    emissivity: float | None = None
+    reflected: float | None = None
+    distance: float | None = None
+    humidity: float | None = None
+
+    def given(self) -> dict[str, float]:
+        """Those that are not None, by name. Raises BadInput for one that cannot be."""
+        limits = {
+            "emissivity": ("--emissivity", 0.01, 1.0, 0.0),
+            "reflected": ("--reflected-c", -173.15, 2726.85, ZERO_CELSIUS),
+            "distance": ("--distance-m", 0.0, 1e5, 0.0),
+            "humidity": ("--humidity", 0.0, 1.0, 0.0),
+        }
+        found: dict[str, float] = {}
+        for name, (option, low, high, zero) in limits.items():
+            value = getattr(self, name)
+            if value is None:
+                continue
+            if not low <= value - zero <= high:
+                raise BadInput(f"{option} {value - zero:g}: {low:g} to {high:g} is expected")
+            found[name] = value
+        return found
+
+    def applied(self, radiometry: Radiometry) -> Radiometry:
+        """The camera's constants with these in their place. Raises BadInput as `given`."""
+        given = self.given()
+        return replace(
+            radiometry,
+            emissivity=given.get("emissivity", radiometry.emissivity),
+            reflected=given.get("reflected", radiometry.reflected),
+            distance=given.get("distance", radiometry.distance),
+            humidity=given.get("humidity", radiometry.humidity),
+        )
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
+import struct
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
+from rover.bounds import check_pixels
 from rover.capture.decoders import decode_quietly
 from rover.capture.jpeg_segments import START_OF_IMAGE, check_end
 from rover.capture.tiff import decode_page
@@ -39,6 +44,7 @@ def decode_raster(content: bytes, name: str, frame: int = 1) -> Raster:
         pixels = decode_page(content, pages[frame - 1], name)
     else:
         check_frame(frame, frames, name)
+        check_declared_size(content, name)
         if content.startswith(START_OF_IMAGE):
             check_end(content, name)
         decoded = decode_quietly(content)
@@ -53,6 +59,20 @@ def decode_raster(content: bytes, name: str, frame: int = 1) -> Raster:
     if pixels.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
         raise BadInput(f"{name}: {pixels.dtype} pixels; 8 or 16 bits, or floating point, expected")
     return Raster(pixels, frames)
+
+
+def check_declared_size(content: bytes, name: str) -> None:
+    """Raises BadInput for a picture that declares more pixels than are taken in; what is no picture passes."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(content)) as picture:
+                width, height = picture.size
+    except Image.DecompressionBombError as error:
+        raise BadInput(f"{name}: more pixels than are taken in") from error
+    except (OSError, SyntaxError, ValueError, EOFError, struct.error):
+        return
+    check_pixels(width, height, name)
 
 
 def check_frame(frame: int, frames: int, name: str) -> None:

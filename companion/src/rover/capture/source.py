@@ -9,6 +9,7 @@ points, see `rover.plugins`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Protocol
 
 from rover import plugins
@@ -20,6 +21,15 @@ FRAME_PERIOD = 0.12
 
 # The kind that comes with the simulated rigs.
 SIMULATOR = "simulator"
+
+
+# What a plain file is taken for.
+ENDINGS = {
+    "cptv": (".cptv",),
+    "mcap": (".mcap",),
+    "video": (".avi", ".mkv", ".mov", ".mp4", ".m4v", ".mpg", ".webm"),
+    "file": (".seq", ".csq", ".fff", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp"),
+}
 
 
 class FrameSource(Protocol):
@@ -50,14 +60,24 @@ def open_camera(location: str) -> FrameSource:
     return source
 
 
+def kind_of(location: str) -> str:
+    """The kind of source for a plain path: by its ending, a device by where it lies; anything else is a folder."""
+    place = Path(location.partition("?")[0])
+    if place.is_dir():
+        return "folder"
+    if str(place).startswith("/dev/video"):
+        return "v4l2"
+    return next((kind for kind, endings in ENDINGS.items() if place.suffix.lower() in endings), "folder")
+
+
 def open_source(location: str) -> FrameSource:
-    """Opens `kind:location`; a plain path is a folder.
+    """Opens `kind:location`; of a plain path the kind follows from what is there, see `kind_of`.
 
     Raises BadInput for an unknown kind or a bad location, PreflightFailed for a kind whose package is not installed.
     """
     kind, separator, rest = location.partition(":")
-    if not separator:
-        kind, rest = "folder", location
+    if not separator or (kind not in SOURCES and Path(location.partition("?")[0]).exists()):
+        kind, rest = kind_of(location), location
     if kind in SOURCES:
         return SOURCES[kind](rest)
     added = plugins.names(plugins.CAMERAS)

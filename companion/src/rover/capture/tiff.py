@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.bounds import check_pixels
 from rover.capture.decoders import decode_quietly
 from rover.capture.tiff_pages import Page
 from rover.errors import BadInput
@@ -34,6 +35,7 @@ def decode_page(data: bytes, page: Page, name: str) -> NDArray[Any]:
         raise BadInput(f"{name}: a TIFF of {page.samples} bands of {page.bits} bits: one band is expected")
     if not (0 < page.width <= MAX_SIDE_PX and 0 < page.height <= MAX_SIDE_PX):
         raise BadInput(f"{name}: damaged TIFF: a page of {page.width}×{page.height} pixels")
+    check_pixels(page.width, page.height, name)
     is_float = page.sample_format == FLOAT and page.bits in (16, 32, 64)
     if not is_float and not (page.sample_format == UNSIGNED and page.bits in (1, 4, 8, 16)):
         kind = FORMATS.get(page.sample_format, "unknown")
@@ -55,14 +57,19 @@ def decode_page(data: bytes, page: Page, name: str) -> NDArray[Any]:
 
 def _unpacked(data: bytes, page: Page, name: str) -> NDArray[Any]:
     kind = np.dtype(f"{page.order}{'f' if page.sample_format == FLOAT else 'u'}{page.bits // 8}")
-    parts = [data[at : at + count] for at, count in page.strips]
-    if page.compression != NONE:
+    wanted = page.pixels * kind.itemsize
+    parts: list[bytes] = []
+    missing = wanted
+    for at, count in page.strips:
+        if missing <= 0:
+            break  # what strips hold beyond the picture is not unpacked: it may be a thousand times as much
         try:
-            parts = [zlib.decompress(part) for part in parts]
+            part = data[at : at + count]
+            parts.append(zlib.decompressobj().decompress(part, missing) if page.compression != NONE else part[:missing])
         except zlib.error as error:
             raise BadInput(f"{name}: damaged or cut TIFF: its pixels cannot be unpacked") from error
+        missing -= len(parts[-1])
     content = b"".join(parts)
-    wanted = page.pixels * kind.itemsize
     if len(content) < wanted:
         raise BadInput(f"{name}: cut TIFF: {len(content)} of {wanted} bytes of pixels")
     content = content[:wanted]

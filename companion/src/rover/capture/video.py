@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.capture.decoders import silence
 from rover.capture.frame import Frame
 from rover.capture.frozen import FrozenPicture
 from rover.capture.location import Location
 from rover.capture.source import FRAME_PERIOD, register
+from rover.capture.v4l2 import CameraLost
 from rover.errors import BadInput
+
+# A network camera is given up after so long.
+OPEN_S = 10.0
 
 
 @register("video")
@@ -33,7 +39,8 @@ class VideoSource:
             raise BadInput(f"{self.file}: no such video")
 
     def __iter__(self) -> Iterator[Frame]:
-        capture = cv2.VideoCapture(str(self.file))
+        with silence():
+            capture = cv2.VideoCapture(str(self.file))
         try:
             if not capture.isOpened():
                 raise BadInput(f"{self.file}: cannot be opened as a video")
@@ -43,7 +50,8 @@ class VideoSource:
             frozen = FrozenPicture()
             sequence = 0
             while True:
-                good, delivered = capture.read()
+                with silence():
+                    good, delivered = capture.read()
                 if not good:
                     break
                 counts = _grey(delivered, capture, str(self.file))
@@ -51,6 +59,40 @@ class VideoSource:
                 sequence += 1
             if sequence == 0:
                 raise BadInput(f"{self.file}: no frame of this video can be decoded")
+        finally:
+            capture.release()
+
+
+@register("rtsp")
+class RtspSource:
+    """`rtsp://HOST/PATH`: a network camera, by OpenCV's FFmpeg; colour becomes grey. Grey levels, no temperatures.
+
+    Raises BadInput when it cannot be opened within OPEN_S, CameraLost when no picture comes for as long.
+    """
+
+    live = True
+
+    def __init__(self, location: str) -> None:
+        self.address = f"rtsp:{location}"
+
+    def __iter__(self) -> Iterator[Frame]:
+        wait = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, int(OPEN_S * 1e3), cv2.CAP_PROP_READ_TIMEOUT_MSEC, int(OPEN_S * 1e3)]
+        with silence():
+            capture = cv2.VideoCapture(self.address, cv2.CAP_FFMPEG, wait)
+        try:
+            if not capture.isOpened():
+                raise BadInput(f"{self.address}: no camera answers there within {OPEN_S:g} s")
+            frozen = FrozenPicture()
+            sequence = 0
+            while True:
+                with silence():
+                    good, delivered = capture.read()
+                if not good:
+                    raise CameraLost(f"{self.address}: the camera sends no pictures any more")
+                counts = _grey(delivered, capture, self.address)
+                yield Frame(counts, time.monotonic(), sequence, frozen.repeats(counts), kelvin_per_count=None,
+                            camera=self.address)  # fmt: skip
+                sequence += 1
         finally:
             capture.release()
 

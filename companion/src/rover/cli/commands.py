@@ -31,6 +31,8 @@ COMMANDS: Mapping[str, str] = {
     "track": "A folder of frames to camera poses.",
     "calibrate": "A camera from pictures of a board, its mount, or a pair of cameras.",
     "decode": "A radiometric picture to temperatures.",
+    "capture": "Pictures of a source into a folder.",
+    "locate": "A pixel's place on the ground, and back.",
     "detect": "Candidates in pictures, and their classes.",
     "grid": "Pictures to a binary occupancy grid.",
     "status": "Why a rover stopped, asked over its port.",

@@ -14,14 +14,16 @@ if TYPE_CHECKING:
 
 HELP = """Decode a radiometric picture: FLIR and Zenmuse XT JPEG, FLIR's FFF and SEQ, TIFF or PNG.
 
-16 bits are kelvin × 100, floating point is kelvin or °C. Emissivity, reflected temperature, air, distance and window
-are taken from the file. Of a file with many frames each is named, or the one of --frame.
+16 bits are kelvin × 100, floating point is kelvin or °C. Emissivity, reflected temperature, humidity, air, distance and
+window are taken from the file; the first three and the distance can be given instead, for files of FLIR's kind. Of a
+file with many frames each is named, or the one of --frame.
 
 \b
 Examples:
   rover decode IR_0012.jpg
   rover decode IR_0012.jpg --json | jq .max_c
   rover decode drive.seq --frame 3
+  rover decode IR_0012.jpg --emissivity 0.92 --reflected-c -20 --distance-m 3
   rover decode IR_0012.jpg --tiff IR_0012.tiff     16 bits, kelvin × 100, as every other command reads it
 """
 
@@ -30,14 +32,22 @@ def command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The radiometric file.")],
     tiff: Annotated[Path | None, typer.Option("--tiff", metavar="OUT", help="Write kelvin × 100, 16 bits.")] = None,
     frame: Annotated[int | None, typer.Option(min=1, metavar="N", help="Of many frames this one, from 1.")] = None,
+    emissivity: Annotated[float | None, typer.Option(metavar="E", help="Of the object, 0.01 to 1.")] = None,
+    reflected_c: Annotated[float | None, typer.Option(metavar="C", help="What the object reflects, °C.")] = None,
+    distance_m: Annotated[float | None, typer.Option(metavar="M", help="To the object, m.")] = None,
+    humidity: Annotated[float | None, typer.Option(metavar="RH", help="Of the air, 0 to 1.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
     from rover.capture.picture import write_picture
     from rover.capture.radiometric import read_thermogram
+    from rover.capture.radiometry import ZERO_CELSIUS, Surroundings
     from rover.capture.temperatures import as_centikelvin
 
-    chosen = read_thermogram(file, frame or 1)
+    told = Surroundings(
+        emissivity, None if reflected_c is None else reflected_c + ZERO_CELSIUS, distance_m, humidity
+    )
+    chosen = read_thermogram(file, frame or 1, told)
     if tiff is not None:
         write_picture(tiff, as_centikelvin(chosen.kelvin))
     if as_json:
@@ -46,7 +56,7 @@ def command(
     write_text(line(chosen))
     if frame is None:
         for number in range(2, chosen.frames + 1):
-            write_text(line(read_thermogram(file, number)))
+            write_text(line(read_thermogram(file, number, told)))
     return 0
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rover.cli.output import say, write_json, write_text
+from rover.cli.pictures import SOURCE, SOURCE_HELP, Shot, expanded, shots
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ exit code is then 2.
 Examples:
   rover detect drone/*.jpg --json
   rover detect ground.tif --metres-per-pixel 0.01
+  rover detect clip.cptv?skip=20&count=5
   rover detect frame.png --camera lepton-160 --threshold 0.5
 """
 # By kind; only those that are needed.
@@ -42,7 +44,7 @@ Corners = tuple[float, float, float, float]
 
 
 def command(
-    images: Annotated[list[Path], typer.Argument(metavar="IMAGES…", help="Pictures, 8 or 16 bits.")],
+    images: Annotated[list[str], typer.Argument(metavar=f"{SOURCE}…", help=SOURCE_HELP)],
     metres_per_pixel: Annotated[
         float | None, typer.Option(metavar="M", help="Size of a pixel on the ground, metres.")
     ] = None,
@@ -74,12 +76,14 @@ def command(
     mount = load_camera(camera) if camera is not None else None
     networks = load_networks(model, metres_per_pixel is not None, mount is not None)
     entries, faults = [], []
+    images = expanded(images)
     for image in images:
         try:
-            entries.append(examine(image, metres_per_pixel, threshold, networks, mount, show_all))
+            for shot in shots([image]):
+                entries.append(examine(shot, metres_per_pixel, threshold, networks, mount, show_all))
         except BadInput as error:
             faults.append(error)
-            entries.append({"image": str(image), "error": str(error), "time_ms": None, "detections": []})
+            entries.append({"image": image, "error": str(error), "time_ms": None, "detections": []})
     if len(images) == 1 and faults:
         raise faults[0]
     for fault in faults:
@@ -92,7 +96,7 @@ def command(
 
 
 def examine(
-    file: Path,
+    shot: Shot,
     metres_per_pixel: float | None,
     threshold: float | None,
     networks: Networks,
@@ -102,16 +106,15 @@ def examine(
     """One picture's entry of the JSON. `time_ms` is detection alone, the picture already read. Raises BadInput."""
     import numpy as np
 
-    from rover.cli.pictures import read_picture
     from rover.detection.classifier import GROUND, PICTURES
     from rover.detection.ground import detect  # noqa: F401  fetched before the clock runs
     from rover.detection.ground.image import rectifier_of
     from rover.detection.picture import detect as picture_detect
     from rover.detection.picture.check import check_picture
 
-    picture = read_picture(file)
+    picture = shot.picture
     size = (camera.width, camera.height) if camera is not None else None
-    check_picture(picture, str(file), size, camera is not None)
+    check_picture(picture, shot.name, size, camera is not None)
     if camera is not None:
         rectifier_of(camera)  # its tables are made once for all pictures
     scaled = metres_per_pixel is not None and picture.dtype == np.uint16
@@ -130,7 +133,7 @@ def examine(
     size = (picture.shape[1], picture.shape[0])
     detections = [detection(cut(corners, size), p, least) for corners, p in found]
     return {
-        "image": str(file),
+        "image": shot.name,
         "time_ms": round(time_ms, 3),
         "detections": [each for each in detections if show_all or is_mine(each["p"], least)],
     }

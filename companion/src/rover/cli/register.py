@@ -5,16 +5,14 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rover.cli.output import write_json, write_text
-from rover.errors import BadInput
+from rover.cli.pictures import DEFAULT_STEPS, STEPS_HELP
 
 if TYPE_CHECKING:
-    from rover.vision.registration.preprocess import PreprocessSettings
     from rover.vision.registration.register import Registration
 
 HELP = """Register two thermal or visible pictures: a homography from A to B, or a refusal.
@@ -27,11 +25,9 @@ Examples:
   rover register a.tif b.tif
   rover register graf/img1.png graf/img2.png --json | jq .homography
   rover register a.tif b.tif --cluster position --estimator ransac
-  rover register a.tif b.tif --steps fixed-pattern,dead-pixels,gaussian,clahe
+  rover register a.tif b.tif --steps fixed-pattern,dead-pixels,gaussian,stretch,clahe
+  rover register clip.cptv clip.cptv?skip=20
 """
-# Of the step `gaussian`, pixels.
-GAUSSIAN_SIGMA = 0.7
-STEPS = ("fixed-pattern", "dead-pixels", "gaussian", "clahe")
 
 
 class ClusterName(str, Enum):
@@ -49,26 +45,24 @@ class EstimatorName(str, Enum):
 
 
 def command(
-    a: Annotated[Path, typer.Argument(metavar="A", help="Picture, 8 or 16 bits.")],
-    b: Annotated[Path, typer.Argument(metavar="B", help="Picture, 8 or 16 bits.")],
+    a: Annotated[str, typer.Argument(metavar="A", help="Picture, 8 or 16 bits, or a source: its first frame.")],
+    b: Annotated[str, typer.Argument(metavar="B", help="Picture, 8 or 16 bits, or a source: its first frame.")],
     cluster: Annotated[
         ClusterName, typer.Option(help="What DBSCAN groups matches by; position, ε 20 px of 320, is the paper's.")
     ] = ClusterName.DISPLACEMENT,
     estimator: Annotated[
         EstimatorName, typer.Option(help="OpenCV's USAC_MAGSAC, or its plain RANSAC.")
     ] = EstimatorName.MAGSAC,
-    steps: Annotated[
-        str,
-        typer.Option(metavar="STEP,…", help=f"Steps before features are looked for: {', '.join(STEPS)}, or none."),
-    ] = "clahe",
+    steps: Annotated[str, typer.Option(metavar="STEP,…", help=STEPS_HELP)] = DEFAULT_STEPS,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
     from rover.cli.pictures import read_picture
     from rover.vision.registration.register import PAPER_EPSILON, RegistrationSettings, register
+    from rover.vision.registration.steps import split_steps, with_steps
 
     settings = RegistrationSettings(estimator=estimator.value)
-    settings = replace(settings, preprocess=_switched(settings.preprocess, steps))
+    settings = replace(settings, preprocess=with_steps(settings.preprocess, split_steps(steps, "--steps")))
     picture_a, picture_b = read_picture(a), read_picture(b)
     if cluster is ClusterName.POSITION:
         settings = replace(settings, cluster="position", epsilon=PAPER_EPSILON)
@@ -80,21 +74,6 @@ def command(
     else:
         write_text(text(found, time_ms))
     return 0
-
-
-def _switched(settings: PreprocessSettings, steps: str) -> PreprocessSettings:
-    """The settings with these steps and no others; the contrast stretch is always there. Raises BadInput."""
-    wanted = [] if steps == "none" else steps.split(",")
-    for name in wanted:
-        if name not in STEPS:
-            raise BadInput(f"--steps {steps}: {name!r} is none; there is {', '.join(STEPS)}, or none of them: none")
-    return replace(
-        settings,
-        fixed_pattern="fixed-pattern" in wanted,
-        dead_pixels="dead-pixels" in wanted,
-        gaussian_sigma=GAUSSIAN_SIGMA if "gaussian" in wanted else 0.0,
-        clahe_clip=settings.clahe_clip if "clahe" in wanted else 0.0,
-    )
 
 
 def document(found: Registration, time_ms: float) -> dict[str, Any]:

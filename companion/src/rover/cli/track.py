@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rover.cli.output import write_json, write_text
+from rover.cli.pictures import DEFAULT_STEPS, SOURCE, SOURCE_HELP, STEPS_HELP, all_shots
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from rover.vision.camera.pose import CameraPose
 
 
-HELP = """Track a camera through a folder of frames (8 or 16 bits, in the order of their names).
+HELP = """Track a camera through frames (8 or 16 bits): of a folder, in the order of their names, or of any source.
 
 Poses are those of the camera (x right, y down, z forward) in the axes of the first tracked frame. Frames alone don't
 tell how large the world is: one unit of length is the distance from the first frame to the plane that it looks at.
@@ -32,6 +34,7 @@ A frame that cannot be placed is left out.
 \b
 Examples:
   rover track frames --camera camera.toml
+  rover track clip.cptv --camera camera.toml --steps gaussian,stretch
   rover track frames --camera camera.toml --json | jq '.poses[-1]'
   rover track frames --camera lepton-160 --ground-plane
   rover track frames --camera lepton-160 --ground-plane --map runs/demo
@@ -39,7 +42,7 @@ Examples:
 
 
 def command(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of frames.")],
+    source: Annotated[str, typer.Argument(metavar=SOURCE, help=SOURCE_HELP)],
     camera: Annotated[str, typer.Option("--camera", metavar="CAMERA", help="Camera TOML, or a built-in name.")],
     ground_plane: Annotated[
         bool, typer.Option("--ground-plane", help="Flat ground, camera on its mount: metres.")
@@ -47,38 +50,49 @@ def command(
     known: Annotated[
         Path | None, typer.Option("--map", metavar="RUN", help="Folder of a run: poses in its map.")
     ] = None,
+    steps: Annotated[
+        str | None, typer.Option(metavar="STEP,…", help=f"{STEPS_HELP[:-1]}; not with --ground-plane.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover.capture.picture import files_of
-    from rover.cli.pictures import read_picture
     from rover.cli.progress import progress
     from rover.vision.camera.file import load_camera
+    from rover.vision.registration.steps import split_steps
 
     if known is not None and not ground_plane:
         raise BadInput(f"--map {known}: a run's map is one of flat ground: --ground-plane is needed with it")
     model = load_camera(camera, mounted=ground_plane)
-    files = files_of(folder)
-    pictures = [read_picture(file) for file in files]
-    for file, picture in zip(files, pictures, strict=True):
-        model.check_size(picture.shape, str(file))
+    if steps is not None and ground_plane:
+        raise BadInput(f"--steps {steps}: over ground the localizer's own steps run; leave out --ground-plane")
+    taken = all_shots([source])
+    names, pictures = [Path(shot.name).name for shot in taken], [shot.picture for shot in taken]
+    for shot in taken:
+        model.check_size(shot.picture.shape, shot.name)
+    wanted = split_steps(steps or DEFAULT_STEPS, "--steps")
     begin = time.perf_counter()
     with progress("frames") as advance:
-        poses = _over_ground(pictures, model, advance, known) if ground_plane else _free(pictures, model, advance)
-    each_ms = (time.perf_counter() - begin) * 1e3 / len(files)
+        if ground_plane:
+            poses = _over_ground(pictures, model, advance, known)
+        else:
+            poses = _free(pictures, model, advance, wanted)
+    each_ms = (time.perf_counter() - begin) * 1e3 / len(names)
     if as_json:
-        write_json(document(poses, [file.name for file in files], each_ms))
+        write_json(document(poses, names, each_ms))
     else:
-        write_text("\n".join(lines(poses, [file.name for file in files], each_ms)))
+        write_text("\n".join(lines(poses, names, each_ms)))
     return 0
 
 
 def _free(
-    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None]
+    pictures: list[NDArray[Any]], camera: CameraModel, advance: Callable[[int, int], None], steps: list[str]
 ) -> Sequence[CameraPose]:
+    from rover.vision.registration.steps import with_steps
     from rover.vision.tracking.sequence import SequenceSettings, track_sequence
 
-    return track_sequence(pictures, camera, SequenceSettings(), advance)
+    settings = SequenceSettings()
+    registration = replace(settings.registration, preprocess=with_steps(settings.registration.preprocess, steps))
+    return track_sequence(pictures, camera, replace(settings, registration=registration), advance)
 
 
 def _over_ground(

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFile, UnidentifiedImageError
 
+from rover.bounds import check_pixels
 from rover.errors import BadInput
 from rover.plain_file import plain_file
-
-# 13,000 × 13,000; the reader itself refuses a little more.
-MAX_CELLS = 170_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +30,9 @@ def read_shades(path: Path) -> Shades:
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # MAX_CELLS bounds it
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # check_pixels bounds it
             picture = Image.open(plain_file(path))
-        if picture.width * picture.height > MAX_CELLS:
-            raise BadInput(f"{path}: {picture.width}×{picture.height} cells are too many for a map")
+        check_pixels(picture.width, picture.height, str(path))
         _check_maximum(picture, path)
         return _shades(picture)
     except UnidentifiedImageError as error:

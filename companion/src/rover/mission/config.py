@@ -17,6 +17,7 @@ from rover.toml_file import read_toml
 from rover.toml_table import Table
 from rover.vehicle import STANDARD, Vehicle, load_vehicle
 from rover.vision.camera.file import load_camera
+from rover.vision.registration.steps import LOCALIZATION_STEPS, STEPS
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
 SOILS = ("dry-sand", "loam", "clay", "moist-clay")
@@ -38,7 +39,7 @@ SECTIONS = {
     "site": ("name", "organisation", "operator", "origin", "bearing_deg"),
     "area": ("width_m", "height_m", "polygon", "exclude", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
-    "rover": ("vehicle", "camera", "camera_source", "cruise_speed_m_s", "baud"),
+    "rover": ("vehicle", "camera", "camera_source", "preprocess", "cruise_speed_m_s", "baud"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
     "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
 }
@@ -70,13 +71,14 @@ class Launch:
 class RoverSettings:
     """The rover that drives the mission; `camera_source` and `baud` matter on a real board.
 
-    vehicle_file: where the vehicle is described, "" for the standard one.
+    vehicle_file: where the vehicle is described, "" for the standard one. preprocess: names of STEPS.
     """
 
     vehicle: Vehicle
     vehicle_file: str
     camera: str
     camera_source: str
+    preprocess: tuple[str, ...]
     cruise_speed: float
     baud: int
 
@@ -248,6 +250,7 @@ def _rover(table: Table, file: Path) -> RoverSettings:
         vehicle_file=vehicle_file,
         camera=camera,
         camera_source=table.text("camera_source", ""),
+        preprocess=table.choices("preprocess", STEPS, LOCALIZATION_STEPS),
         cruise_speed=table.number("cruise_speed_m_s", 0.05, vehicle.travel.speed, min(0.25, vehicle.travel.speed)),
         baud=table.integer("baud", 9_600, 4_000_000, DEFAULT_BAUD),
     )

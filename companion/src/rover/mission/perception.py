@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -28,6 +29,7 @@ from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.localizer import Fix, Localizer
 from rover.vision.localization.settings import LocalizerSettings
+from rover.vision.registration.steps import with_steps
 
 # The operator sets the rover down by a mark on the ground: 1σ of position (m) and heading (rad).
 LAUNCH_SIGMA = (0.005, 0.005, math.radians(0.5))
@@ -69,6 +71,7 @@ class Perception:
         self.vehicle = vehicle
         self.camera = camera
         settings = LocalizerSettings(track_width=vehicle.track_width)
+        settings = replace(settings, preprocess=with_steps(settings.preprocess, mission.rover.preprocess))
         self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA, settings, known=known)
         self.grid = SurveyGrid(area.width, area.height)
         self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))

@@ -1,7 +1,8 @@
 """From 16-bit counts to the 8-bit picture that features are found in (section 3.1.1 of the paper).
 
 Steps, each switchable: row and column fixed pattern, dead pixels, Gaussian filter, contrast stretch between two
-percentiles that are held over time, CLAHE. Their order matters: offsets are removed before anything amplifies them.
+percentiles that are held over time, histogram equalisation, CLAHE. Their order matters: offsets are removed before
+anything amplifies them. Without the stretch the limits are the picture's own minimum and maximum: 8 bits must do.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ class PreprocessSettings:
 
     percentiles: share of the picture (percent) that may clip at the dark and at the bright end.
     hold: share of the former limits kept at each frame; the stretch must not flicker with what enters the picture.
+    stretch: between the percentiles; otherwise between minimum and maximum, or not at all where there are 8 bits.
+    equalize: the histogram of the whole picture made flat (OpenCV's equalizeHist).
     clahe_clip: contrast limit, 0 leaves CLAHE out. clahe_tiles: tiles along each side.
     """
 
@@ -35,6 +38,8 @@ class PreprocessSettings:
     gaussian_sigma: float = 0.0
     percentiles: tuple[float, float] = (1.0, 99.0)
     hold: float = 0.8
+    stretch: bool = True
+    equalize: bool = False
     clahe_clip: float = 3.0
     clahe_tiles: int = 4
 
@@ -119,15 +124,23 @@ class Preprocessor:
         return image
 
     def to_8_bit(self, image: Image) -> NDArray[np.uint8]:
-        """Stretch with held limits, then CLAHE; (H, W) uint8."""
-        low, high = contrast_limits(image, self.settings.percentiles)
-        if self.limits is not None:
+        """Stretch with held limits, equalisation, CLAHE; (H, W) uint8."""
+        low, high = self._limits_of(image)
+        if self.settings.stretch and self.limits is not None:
             keep = self.settings.hold
             low = keep * self.limits[0] + (1.0 - keep) * low
             high = keep * self.limits[1] + (1.0 - keep) * high
         self.limits = (low, high)
         picture = stretch(image, self.limits)
+        if self.settings.equalize:
+            picture = np.asarray(cv2.equalizeHist(picture), np.uint8)
         return np.asarray(self._clahe.apply(picture), np.uint8) if self.settings.clahe_clip > 0.0 else picture
+
+    def _limits_of(self, image: Image) -> tuple[float, float]:
+        if self.settings.stretch:
+            return contrast_limits(image, self.settings.percentiles)
+        low, high = float(image.min()), float(image.max())
+        return (0.0, 255.0) if low >= 0.0 and high <= 255.0 else (low, high)
 
     def __call__(self, counts: NDArray[np.uint16] | NDArray[np.uint8]) -> NDArray[np.uint8]:
         """The whole chain: counts (H, W) to the picture (H, W) uint8 that features are found in."""

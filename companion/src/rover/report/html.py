@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rover.outcome import RunStatus
 from rover.report import machine, sections
+from rover.report.expected import expected
 from rover.report.markup import NOTHING, Html, details, join, pairs, paragraph, picture, section, tag, text
 from rover.report.result import RunResult
 from rover.report.style import STYLE
@@ -31,6 +32,7 @@ def report_html(result: RunResult, map_png: bytes) -> str:
         sections.indications(result),
         sections.not_surveyed(result),
         sections.limits(result),
+        expected(result),
         sections.goals(result),
         sections.invariants(result),
         machine.localisation(result),

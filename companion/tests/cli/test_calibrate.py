@@ -13,7 +13,7 @@ from rover.vision.calibration.board import Board
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
-from companion.tests.vision.calibration_scene import circle_grid, render, tilted_poses
+from companion.tests.vision.calibration_scene import circle_grid, pose, render, staggered_grid, tilted_poses
 
 BOARD = Board(5, 4, 0.05, circles=True)
 TRUTH = CameraModel("truth", 160, 120, 150.0, 150.0, 80.5, 59.0)
@@ -99,3 +99,23 @@ def test_what_is_missing_is_said_in_one_line(line, says, capsys):
 def test_too_few_pictures_with_a_board_are_refused(pictures, capsys):
     assert invoke(["calibrate", *pictures[-3:], "--board", "5x4", "--square", "0.05", "--circles"]) == 2
     assert "at least 3 are needed" in capsys.readouterr().err
+
+
+def test_a_staggered_grid_is_told_from_a_square_one_and_a_folder_will_do(tmp_path, capsys):
+    board = Board(4, 7, 0.03, circles=True, staggered=True)
+    camera = CameraModel("truth", 240, 180, 220.0, 220.0, 119.5, 89.5)
+    rng = np.random.default_rng(3)
+    folder = tmp_path / "board"
+    folder.mkdir()
+    middle = tuple((board.points[0, :2] + board.points[-1, :2]) / 2)
+    for number in range(5):
+        turn = 1.25 * number
+        where = pose(middle, 0.42, 0.1, 0.5 * np.cos(turn), 0.5 * np.sin(turn), (0.06 * np.cos(turn), 0.0))
+        cv2.imwrite(str(folder / f"{number}.png"), render(camera, staggered_grid(board), where, rng))
+    line = ["calibrate", str(folder), "--board", "4x7", "--square", "0.03", "--circles", "--distortion", "0", "--json"]
+    assert invoke(line) == 0
+    streams = capsys.readouterr()
+    found = json.loads(streams.out)
+    assert (found["pictures"], len(found["views"])) == (5, 5)
+    assert found["camera"]["fx"] == pytest.approx(220.0, rel=0.02)
+    assert "staggered" in streams.err

@@ -40,6 +40,19 @@ def circle_grid(board: Board, radius_share: float = 0.3) -> Pattern:
     return paint
 
 
+def staggered_grid(board: Board, radius_share: float = 0.5) -> Pattern:
+    """Circles at the board's own points; the radius is a share of the distance between rows."""
+    centres = board.points[:, :2]
+
+    def paint(x, y):
+        value = np.zeros(np.shape(x))
+        for at_x, at_y in centres:
+            value[np.hypot(x - at_x, y - at_y) < radius_share * board.square] = 1.0
+        return value
+
+    return paint
+
+
 def box(width: float, height: float) -> Pattern:
     return lambda x, y: np.where((x >= 0) & (x <= width) & (y >= 0) & (y <= height), 1.0, 0.0)
 

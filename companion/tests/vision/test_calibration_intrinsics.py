@@ -18,12 +18,23 @@ from rover.vision.calibration.intrinsics import Freedom, calibrate, project
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
 
-from companion.tests.vision.calibration_scene import box, checkerboard, circle_grid, pose, render, tilted_poses
+from companion.tests.vision.calibration_scene import (
+    box,
+    checkerboard,
+    circle_grid,
+    pose,
+    render,
+    staggered_grid,
+    tilted_poses,
+)
 
 LENS = (-0.2, 0.06, 0.001, -0.0005)
 LEPTON = CameraModel("truth", 160, 120, 150.0, 151.5, 80.8, 58.6, 0.0, LENS)
 CHECKS = Board(8, 5, 0.04)
 CIRCLES = Board(7, 5, 0.05, circles=True)
+# OpenCV's asymmetric grid: eleven rows of four.
+STAGGERED = Board(4, 11, 0.02, circles=True, staggered=True)
+WIDE = CameraModel("wide", 320, 240, 300.0, 300.0, 160.2, 119.1)
 
 
 def exact_views(camera, board, poses, noise=0.05, seed=0):
@@ -56,6 +67,31 @@ def test_a_lepton_is_found_again_from_noisy_pictures_of_both_polarities(board):
     off = found.normalized_to_pixel(LEPTON.pixel_to_normalized(grid)) - grid
     assert np.linalg.norm(off - off.mean(axis=0), axis=1).max() < 0.5, "the lens too, out to the corners"
     assert result.rms < 0.15
+
+
+def staggered_views(count: int):
+    """A staggered board that fills the picture's height, tilted to every side, hot and cold, with its truth."""
+    rng = np.random.default_rng(11)
+    middle = tuple((STAGGERED.points[0, :2] + STAGGERED.points[-1, :2]) / 2)
+    for number in range(count):
+        around = 2 * math.pi * number / count
+        tilt = 0.45 * math.cos(around), 0.45 * math.sin(around)
+        aim = 0.05 * math.cos(2.4 * number), 0.05 * math.sin(2.4 * number)
+        where = pose(middle, 0.42 * rng.uniform(1.0, 1.2), rng.uniform(-0.2, 0.2), *tilt, aim)
+        truth = project(WIDE, (STAGGERED.points @ where[0].T + where[1])[None])[0]
+        yield render(WIDE, staggered_grid(STAGGERED), where, rng, hot=number % 2 == 0), truth
+
+
+def test_a_staggered_grid_of_circles_is_found_in_every_view():
+    views = []
+    for picture, truth in staggered_views(8):
+        found = find_board(picture, STAGGERED)
+        assert found is not None
+        assert np.sqrt(((found - truth) ** 2).sum(axis=1).mean()) < 0.3
+        assert find_board(picture, dataclasses.replace(STAGGERED, staggered=False)) is None
+        views.append(found)
+    result = calibrate(STAGGERED.points, views, (320, 240), Freedom(0))
+    assert result.camera.fx == pytest.approx(WIDE.fx, rel=0.01)
 
 
 def test_blank_and_unrelated_pictures_hold_no_board():

@@ -11,6 +11,7 @@ import typer
 
 from rover.cli.out_file import spare_inputs
 from rover.cli.output import say, write_json, write_text
+from rover.cli.pictures import SOURCE, SOURCE_HELP, expanded, shots
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ HELP = """Calibrate a thermal or visible camera; docs/guide/calibrating.md says 
 Examples:
   rover calibrate board/*.png --board 8x5 --square 0.04 --out camera.toml        inner corners of a checkerboard
   rover calibrate board/*.png --board 7x5 --square 0.05 --circles --out camera.toml
+  rover calibrate board/*.png --board 4x11 --square 0.02 --circles --out camera.toml   staggered: M between rows
   rover calibrate box/*.png --box 0.335x0.225 --out camera.toml                  focal length only
   rover calibrate --fov 45x34 --size 320x240 --out camera.toml                   from the data sheet (eq. 9, 10)
   rover calibrate --camera camera.toml --ground points.csv --out camera.toml     its mount: u,v,x,y a line
@@ -37,10 +39,12 @@ EXCLUSIVE = "calibrate: one of --board, --box, --fov or --ground says what to ca
 
 
 def command(
-    images: Annotated[list[Path] | None, typer.Argument(metavar="IMAGES…", help="Pictures of the target.")] = None,
+    images: Annotated[list[str] | None, typer.Argument(metavar=f"{SOURCE}…", help=SOURCE_HELP)] = None,
     board: Annotated[str | None, typer.Option(metavar="COLSxROWS", help="Inner corners, or circles, a side.")] = None,
     square: Annotated[float | None, typer.Option(metavar="M", help="Metres between neighbouring points.")] = None,
-    circles: Annotated[bool, typer.Option("--circles", help="The board is a grid of circles.")] = False,
+    circles: Annotated[
+        bool, typer.Option("--circles", help="The board is a grid of circles, square or staggered (asymmetric).")
+    ] = False,
     box: Annotated[str | None, typer.Option(metavar="WxH", help="Metres of a box's face as the only target.")] = None,
     fov: Annotated[str | None, typer.Option(metavar="HxV", help="Angles of view in degrees.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Pixels of the picture, with --fov.")] = None,
@@ -61,9 +65,9 @@ def command(
 
     if sum(option is not None for option in (board, box, fov, ground)) != 1:
         raise BadInput(EXCLUSIVE)
-    files = images or []
+    files = expanded(images or [])
     if out is not None:
-        spare_inputs(out, [*files, *([ground] if ground is not None else [])])
+        spare_inputs(out, [*map(Path, files), *([ground] if ground is not None else [])])
         if out.suffix.lower() != ".toml":
             raise BadInput(f"--out {out}: a camera's file ends in .toml")
     target = None
@@ -81,13 +85,14 @@ def command(
     elif second is not None or second_camera is not None:
         if camera is None or second is None or second_camera is None or target is None:
             raise BadInput("calibrate: a pair needs --camera, --second DIR and --second-camera")
+        target = _as_seen(target, files)
         model, found = (
             None,
             _pair_of(load_camera(camera, False), load_camera(second_camera, False), files, second, target),
         )
     else:
         assert target is not None
-        model, found = _from_board(target, files, Freedom(distortion, skew), name)
+        model, found = _from_board(_as_seen(target, files), files, Freedom(distortion, skew), name)
     if model is not None:
         _write(model, found, out)
     elif out is not None:
@@ -96,24 +101,39 @@ def command(
     return 0
 
 
-def _from_board(board: Board, files: list[Path], freedom: Freedom, name: str) -> tuple[CameraModel, dict[str, Any]]:
+def _as_seen(board: Board, files: list[str]) -> Board:
+    """Of a grid of circles whether it is staggered: as the first picture shows that holds either of them."""
+    from rover.vision.calibration.board import find_board
+
+    staggered = replace(board, staggered=True)
+    for shot in shots(files) if board.circles else ():
+        picture = shot.picture
+        if find_board(picture, board) is not None:
+            return board
+        if find_board(picture, staggered) is not None:
+            say("the circles are staggered: --square is taken for the distance between rows")
+            return staggered
+    return board
+
+
+def _from_board(board: Board, files: list[str], freedom: Freedom, name: str) -> tuple[CameraModel, dict[str, Any]]:
     from rover.vision.calibration.board import find_board
     from rover.vision.calibration.intrinsics import calibrate
 
-    size, views = _views(files, lambda picture: find_board(picture, board), "board")
+    size, views, given = _views(files, lambda picture: find_board(picture, board), "board")
     result = calibrate(board.points, [view for _, view in views], size, freedom, name)
     if result.coverage < 0.6:
         say(f"the board covers {result.coverage:.0%} of the picture: take more views at its edges and corners")
-    return result.camera, _document(result, [file for file, _ in views], len(files))
+    return result.camera, _document(result, [file for file, _ in views], given)
 
 
-def _from_box(text: str, files: list[Path], name: str) -> tuple[CameraModel, dict[str, Any]]:
+def _from_box(text: str, files: list[str], name: str) -> tuple[CameraModel, dict[str, Any]]:
     from rover.vision.calibration.box import calibrate_box, find_box
 
     width, height = _pair(text, "--box")
-    size, views = _views(files, find_box, "box")
+    size, views, given = _views(files, find_box, "box")
     result = calibrate_box(width, height, [view for _, view in views], size, name)
-    return result.camera, _document(result, [file for file, _ in views], len(files))
+    return result.camera, _document(result, [file for file, _ in views], given)
 
 
 def _from_fov(text: str, size: str | None, name: str) -> tuple[CameraModel, dict[str, Any]]:
@@ -152,7 +172,7 @@ def _mounted(camera: str | None, ground: Path) -> tuple[CameraModel, dict[str, A
     }
 
 
-def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: Path, board: Board) -> dict[str, Any]:
+def _pair_of(first: CameraModel, other: CameraModel, files: list[str], folder: Path, board: Board) -> dict[str, Any]:
     from rover.capture.picture import files_of
     from rover.cli.pictures import read_picture
     from rover.vision.calibration.board import find_board
@@ -184,18 +204,19 @@ def _pair_of(first: CameraModel, other: CameraModel, files: list[Path], folder: 
     }
 
 
-def _views(files: list[Path], find: Any, what: str) -> tuple[tuple[int, int], list[tuple[Path, NDArray[np.float64]]]]:
-    """Size of the pictures, and those in which the target was found, with its points."""
-    from rover.cli.pictures import read_picture
+def _views(
+    files: list[str], find: Any, what: str
+) -> tuple[tuple[int, int], list[tuple[str, NDArray[np.float64]]], int]:
+    """Size of the pictures, those in which the target was found, with its points, and how many there were."""
     from rover.cli.progress import progress
 
     if not files:
         raise BadInput(f"calibrate: pictures of the {what} are needed")
     size: tuple[int, int] | None = None
-    found = []
+    number, found = 0, []
     with progress("pictures") as advance:
-        for number, file in enumerate(files, start=1):
-            picture = read_picture(file)
+        for number, shot in enumerate(shots(files), start=1):
+            file, picture = shot.name, shot.picture
             here = (int(picture.shape[1]), int(picture.shape[0]))
             if size is not None and here != size:
                 raise BadInput(f"{file}: {here[0]}×{here[1]} pixels, the first picture has {size[0]}×{size[1]}")
@@ -205,12 +226,12 @@ def _views(files: list[Path], find: Any, what: str) -> tuple[tuple[int, int], li
                 say(f"{file}: no {what} found")
             else:
                 found.append((file, points))
-            advance(number, len(files))
+            advance(number, max(number, len(files)))
     assert size is not None
-    return size, found
+    return size, found, number
 
 
-def _document(result: Calibration, used: list[Path], given: int) -> dict[str, Any]:
+def _document(result: Calibration, used: list[str], given: int) -> dict[str, Any]:
     return {
         "camera": _intrinsics(result.camera),
         "sigma": result.sigmas,
@@ -221,7 +242,7 @@ def _document(result: Calibration, used: list[Path], given: int) -> dict[str, An
     }
 
 
-def _per_view(used: list[Path], rms: Any, tilts: Any = None) -> list[dict[str, Any]]:
+def _per_view(used: list[str], rms: Any, tilts: Any = None) -> list[dict[str, Any]]:
     rows = [{"image": str(file), "rms_px": float(value)} for file, value in zip(used, rms, strict=True)]
     for row, tilt in zip(rows, tilts if tilts is not None else (), strict=False):
         row["tilt_deg"] = math.degrees(float(tilt))

@@ -31,12 +31,17 @@ SMOOTH_SHARE = 0.12
 
 @dataclass(frozen=True)
 class Board:
-    """columns × rows of points, `square` metres apart: inner corners of a checkerboard, or centres of circles."""
+    """columns × rows of points, `square` metres apart: inner corners of a checkerboard, or centres of circles.
+
+    staggered: every second row of circles stands between those of the others (OpenCV's asymmetric grid); `square` is
+    the distance between rows, and half of that between the circles of a row.
+    """
 
     columns: int
     rows: int
     square: float
     circles: bool = False
+    staggered: bool = False
 
     def __post_init__(self) -> None:
         if not (3 <= self.columns <= 50 and 3 <= self.rows <= 50):
@@ -48,6 +53,9 @@ class Board:
     def points(self) -> Points:
         """(N, 3) in metres on the board's plane, row by row."""
         grid = np.mgrid[0 : self.columns, 0 : self.rows].T.reshape(-1, 2) * self.square
+        if self.staggered:
+            across, down = grid.T
+            grid = np.column_stack((2.0 * across + (np.rint(down / self.square) % 2) * self.square, down))
         return np.column_stack((grid, np.zeros(len(grid))))
 
 
@@ -101,7 +109,12 @@ def _circles(grey: NDArray[np.uint8], board: Board) -> Points | None:
     detector = cv2.SimpleBlobDetector.create(settings)
     smooth = cv2.GaussianBlur(grey, (0, 0), 1.5)
     size = (board.columns, board.rows)
-    good, centres = cv2.findCirclesGrid(smooth, size, flags=cv2.CALIB_CB_SYMMETRIC_GRID, blobDetector=detector)
+    layout = cv2.CALIB_CB_ASYMMETRIC_GRID if board.staggered else cv2.CALIB_CB_SYMMETRIC_GRID
+    good, centres = cv2.findCirclesGrid(smooth, size, flags=layout, blobDetector=detector)
+    if not good and board.staggered:  # a board seen at a slant
+        good, centres = cv2.findCirclesGrid(
+            smooth, size, flags=layout | cv2.CALIB_CB_CLUSTERING, blobDetector=detector
+        )
     if not good or centres is None or len(centres) != board.columns * board.rows:
         return None
     return _centroids(grey, centres.reshape(-1, 2).astype(np.float64), board)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from rover.cli.main import invoke
 from rover.errors import PreflightFailed
-from rover_hil.device.bench import SESSION, TEST_KEY, TEST_MODE_FLAG, Bench
+from rover_hil.device.bench import TEST_KEY, TEST_MODE_FLAG, Bench
 from rover_hil.firmware_process import find_binary
 from rover_hil.testing.served import ServedRig
 from rover_protocol import messages
@@ -209,7 +209,7 @@ def test_a_lost_link_stops_it_and_the_next_companion_finds_it_latched(bench: Ben
 
 
 def test_a_restart_is_told(bench: Bench) -> None:
-    bench.talk.send("Reboot", magic=0x5242_4F54, session=SESSION)
+    bench.talk.send("Reboot", magic=0x5242_4F54, session=bench.session)
     bench.talk.wait(1.5)
     assert bench.hello()["reset_cause"] == "Software"
 

@@ -6,6 +6,7 @@ stands on a desk.
 
 from __future__ import annotations
 
+import secrets
 import time
 from typing import Any
 
@@ -14,7 +15,6 @@ from rover_protocol import messages
 
 from rover_hil.device.talk import DeviceTalk
 
-SESSION = 0x5E55
 TEST_KEY = 0x5445
 TEST_MODE_FLAG = 1 << 4
 BEGIN, REST = 1, 2
@@ -44,13 +44,16 @@ class Bench:
         self.battery_v = 7.4
         self.emergency_stop = False
         self.echoes_m: dict[int, float | None] = {}
+        # The board compares keep-alives with those of a companion of the same session.
+        self.session = secrets.randbelow(1 << 16)
         self._counter = 0
         self._counts = [0, 0]
         self._base: tuple[int, int] | None = None
         self._due = {"alive": 0.0, "wheels": 0.0, "sensors": 0.0}
 
-    def hello(self, flip: int = 0, session: int = SESSION) -> dict[str, Any]:
+    def hello(self, flip: int = 0, session: int | None = None) -> dict[str, Any]:
         """The handshake's answer, HelloBuild; `flip` makes our schema another one."""
+        session = self.session if session is None else session
         for _ in range(10):
             self.talk.send("Hello", schema_hash=messages.SCHEMA_HASH ^ flip, session=session)
             try:
@@ -64,6 +67,8 @@ class Bench:
         self.hello()
         self.talk.send("Disarm")
         self.state("Disarmed", "Latched")
+        # While the motors were on the board belonged to whoever had armed it.
+        self.hello()
         self.talk.send("TestMode", enable=0)
         self.talk.until("State", lambda m: not m["flags"] & TEST_MODE_FLAG, 1.0)
         self.talk.forget()
@@ -85,7 +90,7 @@ class Bench:
     def send_arm(self, step: int = 1) -> None:
         """An Arm with the next token, or with the same one."""
         token = self.talk.until("State", lambda m: True, 1.0)["arm_token"]
-        self.talk.send("Arm", token=(token + step) & 0xFFFF, session=SESSION)
+        self.talk.send("Arm", token=(token + step) & 0xFFFF, session=self.session)
 
     def state(self, *names: str, seconds: float = 2.0) -> dict[str, Any]:
         """Waits for one of these states."""

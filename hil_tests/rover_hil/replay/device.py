@@ -7,6 +7,7 @@ motion leads. Tokens, indices and start times are moved to those of the board. T
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable
 from typing import Any
@@ -28,7 +29,6 @@ SLICE = 5
 
 FORWARDED = ("KeepAlive", "Stop", "EmergencyStop", "Disarm", "SegmentTravel", "SegmentHeading")
 SENSORS_EVERY = 10
-SESSION = 0x5E50
 # A log begins at power-on; a board may be in any of these before it is armed.
 FIRST_STATES = ("Boot", "Disarmed", "Latched")
 
@@ -47,6 +47,8 @@ class DeviceReplay:
             raise BadInput(f"{log.path}: recorded over CAN: a board gets logs of the serial line only")
         self._log = log
         self._talk = DeviceTalk(port)
+        # A new one each time: the log's keep-alives count from its beginning.
+        self._session = secrets.randbelow(1 << 16)
         self._host = framing.Decoder()
         self._rover = framing.Decoder()
         self._recorded: dict[str, list[dict[str, Any]]] = {}
@@ -73,7 +75,7 @@ class DeviceReplay:
 
     def _prepare(self) -> None:
         talk = self._talk
-        talk.send("Hello", schema_hash=messages.SCHEMA_HASH, session=SESSION)
+        talk.send("Hello", schema_hash=messages.SCHEMA_HASH, session=self._session)
         talk.until("HelloBuild", lambda m: m["accepted"] == 1, 2.0)
         talk.send("Disarm")
         talk.until("State", lambda m: m["state"] in FIRST_STATES, 2.0)
@@ -121,7 +123,7 @@ class DeviceReplay:
             if raw["token"] != self._arm_token:
                 self._arm_token = raw["token"]
                 self._next_token = (self._next_token + 1) & 0xFFFF
-            raw["token"], raw["session"] = self._next_token, SESSION
+            raw["token"], raw["session"] = self._next_token, self._session
         elif message.name not in FORWARDED:
             return
         self._talk.send(message.name, **raw)

@@ -13,7 +13,7 @@ from rover.detection.classifier import Classifier, default_model
 from rover.errors import BadInput, RoverError
 from rover.mission.begin import begin
 from rover.mission.loop import Control, MissionLoop
-from rover.mission.origin import origin_of, restore_former, restore_mission
+from rover.mission.origin import origin_of, restore_former, restore_mission, session_of
 from rover.mission.run import DEVICE
 from rover.record.comparison import Comparison, Differs, RecordingOver
 from rover.record.difference import Difference
@@ -110,6 +110,7 @@ def replay(
         classifier = Classifier(mission.detector.model or default_model())
         camera = load_camera(mission.rover.camera)
         seed = int(origin["seed"])
+        session = session_of(origin)
         survey = begin(mission, camera, classifier, seed, restore_former(log.files, scratch, mission, camera))
         now = origin_of(mission, origin["rig"], origin["transport"], seed, float(origin["cycle_s"]), classifier.sha256)
         build = {
@@ -135,7 +136,7 @@ def replay(
             if port is not None or changes.parameters:
                 raise BadInput(f"{path}: recorded on a real rover: what entered its firmware is not in the log")
             device = RecordedDevice(log, on_arrival)
-            _drive(MissionLoop(survey, device, comparison, None, control, seed), comparison)
+            _drive(MissionLoop(survey, device, comparison, None, control, session), comparison)
             companion = Compared(comparison.messages, comparison.difference)
             return Replayed(path, rig, device.frames_fed, None, companion, build, log.cut)
         part: FirmwarePart
@@ -149,7 +150,7 @@ def replay(
         try:
             world = RecordedWorld(recorded, log, on_arrival, scratch)
             try:
-                _drive(MissionLoop(survey, world.rig, comparison, None, control, seed), comparison)
+                _drive(MissionLoop(survey, world.rig, comparison, None, control, session), comparison)
             finally:
                 world.close()
             recorded.drain()

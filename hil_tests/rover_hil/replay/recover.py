@@ -18,7 +18,7 @@ from rover.link.rig import Rig
 from rover.mission.assemble import assemble
 from rover.mission.begin import begin
 from rover.mission.loop import Control, MissionLoop
-from rover.mission.origin import identities_of, restore_former, restore_mission
+from rover.mission.origin import identities_of, restore_former, restore_mission, session_of
 from rover.mission.outputs import write_outputs
 from rover.mission.run import DEVICE
 from rover.mission.run_folder import RunFolder
@@ -86,7 +86,7 @@ def _drive(log: Log, survey: Survey, control: Control, on_arrival: Callable[[int
     """The mission's loop over the log, up to the end of either."""
 
     def drive(rig: Rig) -> MissionLoop:
-        loop = MissionLoop(survey, rig, Silence(), None, control, int(log.metadata["mission"]["seed"]))
+        loop = MissionLoop(survey, rig, Silence(), None, control, session_of(log.metadata["mission"]))
         with contextlib.suppress(RoverError):  # a handshake that did not come to its end
             loop.drive()
         return loop

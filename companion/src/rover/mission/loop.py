@@ -92,19 +92,20 @@ class MissionLoop:
         journal: Journal,
         on_status: Callable[[Status], None] | None,
         control: Control,
-        seed: int,
+        session: int,
         keep: Callable[[float], str | None] = lambda now: None,
         ear: Ear | None = None,
     ) -> None:
-        """`keep`: called every cycle to keep what has been learned; says why it can't, which ends the mission.
+        """`session`: 16-bit number that the firmware is to know this mission by.
 
+        `keep`: called every cycle to keep what has been learned; says why it can't, which ends the mission.
         `ear`: what is asked and said over a socket.
         """
         self.survey = survey
         self.rig = rig
         self.track = Track()
         self.journal = journal
-        self.link = Link(rig.transport, rig, session=seed & 0xFFFF, tap=journal.link)
+        self.link = Link(rig.transport, rig, session=session, tap=journal.link)
         self._on_status = on_status
         self._control = control
         self._keep = keep

@@ -51,6 +51,11 @@ def origin_of(mission: Mission, rig: str, transport: str, seed: int, cycle: floa
     }
 
 
+def session_of(origin: Mapping[str, str]) -> int:
+    """The number that the firmware knew a logged mission by."""
+    return int(origin["session"]) if "session" in origin else int(origin["seed"]) & 0xFFFF
+
+
 def identities_of(
     mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None
 ) -> Identities:

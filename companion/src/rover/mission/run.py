@@ -6,6 +6,7 @@ What happens in between is `rover.mission.loop`.
 from __future__ import annotations
 
 import json
+import secrets
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -68,6 +69,7 @@ class _Prepared:
     rig: str
     transport: str
     seed: int
+    session: int
     folder: RunFolder
     on_status: Callable[[Status], None] | None
     control: Control
@@ -83,7 +85,7 @@ class _Prepared:
                 recording,
                 self.on_status,
                 self.control,
-                self.seed,
+                self.session,
                 keep=lambda now: recording.failure or checkpoint.keep(now),
                 ear=ear,
             )
@@ -159,9 +161,22 @@ def run_mission(
     former = load_run(resume, mission, camera) if resume is not None else None
     classifier = Classifier(mission.detector.model or default_model())
     survey = begin(mission, camera, classifier, seed, former)
+    # A board tells the companions that it hears one after the other apart by this; a simulated one is always a new one.
+    session = secrets.randbelow(1 << 16) if rig == DEVICE else seed & 0xFFFF
     with RunFolder(out, force) as folder:
         prepared = _Prepared(
-            mission, survey, classifier, camera, rig, transport, seed, folder, on_status, control or Control(), resume
+            mission,
+            survey,
+            classifier,
+            camera,
+            rig,
+            transport,
+            seed,
+            session,
+            folder,
+            on_status,
+            control or Control(),
+            resume,
         )
         started = time.monotonic()
         real_time = None
@@ -214,7 +229,7 @@ def _on_device(
         check(device, prepared.mission, prepared.camera, prepared.folder.path, prepared.seed, on_finding)
         prepared.heed_operator()
         prepared.folder.accept()
-        wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time)}
+        wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time), "session": str(prepared.session)}
         with prepared.recording(wire) as recording:
             rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)
             driven = prepared.drive(rig, recording)

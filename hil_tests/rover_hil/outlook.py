@@ -27,8 +27,8 @@ STEP_HOURS = 0.5
 ALBEDO, CONDUCTIVITY, HEAT_CAPACITY = 0.01, 0.04, 0.02
 # What changes between two visits besides, and what the camera adds, kelvin.
 BETWEEN_VISITS_K = 0.1
-# Of 41 mines from this contrast on all but one were reported in fields of other soils and hours, of 1.2 to 0.8 K three
-# of five (companion/models/README.md).
+# All of 37 mines from this contrast on were reported on fields of other soils and hours, of weaker ones with at least
+# 0.5 K three of eight (docs/results/worlds.md, companion/models/landmine_ground_found.json).
 SEEN_K = 1.2
 MAX_DEPTHS = 12
 

@@ -78,6 +78,9 @@ class Rover:
         for zone in content["zones"]:
             zone["t"] += offset
             zone["until"] = None if zone["until"] is None else zone["until"] + offset
+        for thing in (*content["zones"], *content["detections"]):
+            if "anchor" in thing:
+                thing["anchor"]["t"] += offset
         verdict: dict[str, Any] = self.rig.ask("judge", **content)["verdict"]
         return verdict
 

@@ -2,6 +2,7 @@
 
     python -m tools.bench missions --seeds 20
     python -m tools.bench missions --seeds 20 --data DIR     # ground laid from real thermal pictures
+    python -m tools.bench missions --size 6x8 --seeds 5      # fields of 6 x 8 m, launched from a corner
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import subprocess
 import sys
 import time
@@ -20,6 +22,8 @@ from typing import Any
 
 from rover_hil.referee import FAIR_CONTRAST_K, FOUND_WITHIN_M
 
+# Time that a mission may take, seconds per square metre: demo fields take 12 to 18.
+SECONDS_PER_M2 = 40.0
 MINE_CLASSES = ("surface", "buried")
 
 
@@ -45,10 +49,14 @@ class Outcome:
     wheel_over_mine: int
     ate: float
     odometry_ate: float
+    coverage: float
+    relative_rmse: float | None
+    inside_95: float | None
+    processor: float
 
 
-def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float) -> Outcome:
-    """Compares a run's summary with what really lay in the field.
+def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float, processor: float) -> Outcome:
+    """Compares a run's summary with what really lay in the field; wall, processor: seconds that the run took.
 
     An indication is false here when it lies outside every mine's halo: its radius and FOUND_WITHIN_M beyond.
     """
@@ -85,7 +93,25 @@ def judge(summary: dict[str, Any], truth: dict[str, Any], wall: float) -> Outcom
         wheel_over_mine=summary["wheel_over_mine"],
         ate=localization["ate_rmse_m"],
         odometry_ate=localization["odometry_only_ate_rmse_m"],
+        coverage=summary["coverage"],
+        relative_rmse=localization["relative_rmse_m"],
+        inside_95=localization["inside_95"],
+        processor=processor,
     )
+
+
+def mission_of_size(size: str, out: Path) -> str:
+    """A mission file over a field of `WIDTHxHEIGHT` metres with all defaults; its path. Raises ValueError."""
+    width, height = (float(side) for side in size.split("x"))
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / f"field-{size}.toml"
+    limit = max(SECONDS_PER_M2 * width * height, 1200.0)
+    file.write_text(
+        f'[mission]\nname = "{size}"\nmax_duration_s = {limit:g}\n'
+        f"[area]\nwidth_m = {width:g}\nheight_m = {height:g}\n"
+        "[launch]\nx_m = 0.5\ny_m = 0.5\nheading_deg = 45.0\n"
+    )
+    return str(file)
 
 
 def run_one(mission: str, seed: int, out: Path, data: str | None, rover: str) -> Outcome | str:
@@ -95,32 +121,43 @@ def run_one(mission: str, seed: int, out: Path, data: str | None, rover: str) ->
     if data:
         command += ["--data", data]
     begin = time.monotonic()
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    out.mkdir(parents=True, exist_ok=True)
+    with (out.parent / f"{out.name}.log").open("w+") as told:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=told)
+        _, status, used = os.wait4(process.pid, 0)
+        told.seek(0)
+        last = (told.read().strip().splitlines() or ["no output"])[-1]
     wall = time.monotonic() - begin
     try:
         summary = json.loads((out / "summary.json").read_text())
         truth = json.loads((out / "truth.json").read_text())
     except (OSError, ValueError):
-        last = (process.stderr.strip().splitlines() or ["no output"])[-1]
-        return f"seed {seed}: exit code {process.returncode}, no result: {last}"
-    return judge(summary, truth, wall)
+        return f"seed {seed}: exit code {os.waitstatus_to_exitcode(status)}, no result: {last}"
+    return judge(summary, truth, wall, used.ru_utime + used.ru_stime)
 
 
 def table(outcomes: list[Outcome]) -> str:
     """The outcomes as a Markdown table with a closing line of totals."""
     lines = [
-        "| seed | status | driven m | mission s | × real time | mines ≥ 0.5 K found | all mines found | false "
-        "| collisions | keep-out | unseen m² | wheel over mine | ATE cm | wheels alone cm |",
-        "|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
+        "| seed | status | coverage % | driven m | mission s | × real time | processor s per s | mines ≥ 0.5 K found "
+        "| all mines found | false | collisions | keep-out | unseen m² | wheel over mine | ATE cm | wheels alone cm "
+        "| among things cm | inside 95 % |",
+        "|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for o in outcomes:
         lines.append(
-            f"| {o.seed} | {o.status} | {o.distance:.1f} | {o.duration:.0f} | {o.duration / o.wall:.1f} "
-            f"| {o.found}/{o.visible} | {o.found_of_all}/{o.mines} | {o.false_indications} | {o.collisions} "
+            f"| {o.seed} | {o.status} | {100 * o.coverage:.1f} | {o.distance:.1f} | {o.duration:.0f} "
+            f"| {o.duration / o.wall:.1f} | {o.processor / o.duration:.2f} | {o.found}/{o.visible} "
+            f"| {o.found_of_all}/{o.mines} | {o.false_indications} | {o.collisions} "
             f"| {o.keepout_violations} | {o.unseen_ground:.4f} | {o.wheel_over_mine} | {100 * o.ate:.1f} "
-            f"| {100 * o.odometry_ate:.1f} |"
+            f"| {100 * o.odometry_ate:.1f} | {_told(o.relative_rmse, '.2f')} | {_told(o.inside_95, '.0f')} |"
         )
     return "\n".join(lines)
+
+
+def _told(share: float | None, form: str) -> str:
+    """Hundred times a figure, or a dash where there is none."""
+    return "–" if share is None else f"{100 * share:{form}}"
 
 
 def totals(outcomes: list[Outcome]) -> str:
@@ -157,6 +194,7 @@ def main(arguments: list[str]) -> int:
     """Runs the missions and prints the tables; 1 when a mission gave no result."""
     parser = argparse.ArgumentParser(prog="python -m tools.bench missions", description=__doc__)
     parser.add_argument("--mission", default="demo", help="mission file, or the name of one that ships")
+    parser.add_argument("--size", default=None, help="WIDTHxHEIGHT of a field in metres, instead of --mission")
     parser.add_argument("--seeds", type=int, default=20, help="how many seeds, from --first on")
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--data", default=None, help="folder with landmines/: real ground texture")
@@ -164,9 +202,10 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--out", default="runs/bench", type=Path)
     options = parser.parse_args(arguments)
     rover = str(Path(sys.executable).parent / "rover")
+    mission = options.mission if options.size is None else mission_of_size(options.size, options.out)
 
     def one(seed: int) -> Outcome | str:
-        outcome = run_one(options.mission, seed, options.out / f"seed-{seed}", options.data, rover)
+        outcome = run_one(mission, seed, options.out / f"seed-{seed}", options.data, rover)
         text = outcome if isinstance(outcome, str) else table([outcome]).splitlines()[-1]
         print(text, file=sys.stderr, flush=True)
         return outcome

@@ -27,7 +27,7 @@ from rover.mission.phase import Phase
 from rover.mission.survey import Survey
 from rover.outcome import Outcome
 from rover.vehicle import STANDARD
-from rover.vision.localization.localizer import Fix
+from rover.vision.localization.fix import Fix
 
 CYCLE = 0.1
 VIEW = np.array([[0.15, -0.15], [1.0, -0.6], [1.0, 0.6], [0.15, 0.15]])
@@ -77,6 +77,10 @@ class ImaginedPerception:
         self._views = 0
 
     @property
+    def sigma(self) -> float:
+        return 0.0
+
+    @property
     def relative_sigma(self) -> float:
         return self._world.sigma
 
@@ -100,6 +104,7 @@ class ImaginedPerception:
         self._views += 1
         if self._world.shows:
             self.grid.seen |= self.in_view(self.pose)
+        self.grid.changed(self.grid.area)
         return True
 
     def in_view(self, pose: Pose2) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from rover.mission.fault_table import CHECKS, FIRMWARE, AtStart, Check, Driving,
 from rover.mission.phase import Phase
 from rover.mission.sight import BLIND_AFTER, SHUT_AFTER
 from rover.outcome import RunStatus
-from rover.vision.localization.localizer import Fix
+from rover.vision.localization.fix import Fix
 from rover_protocol import messages
 
 from companion.tests.mission.imagined_rover import CYCLE, Imagined, ImaginedRover, a_mission

@@ -12,7 +12,16 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Area, Launch
 from rover.mission.freespace import FreeSpace, free_space
 from rover.mission.goals import Goal
-from rover.mission.targets import MAX_VIEWPOINTS, MIN_GAIN, VIEWPOINT_SPACING, Decision, Target, candidates, decide
+from rover.mission.targets import (
+    MAX_VIEWPOINTS,
+    MIN_GAIN,
+    VIEWPOINT_SPACING,
+    Decision,
+    Target,
+    _way_out,
+    candidates,
+    decide,
+)
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
 
@@ -127,3 +136,16 @@ def test_a_rover_that_stands_a_little_too_near_to_something_may_leave() -> None:
 
 def space_radius() -> float:
     return ground().radius
+
+
+def test_from_beside_an_obstacle_the_way_begins_on_the_ground_that_leads_somewhere() -> None:
+    """The nearest free cell is a pocket of one cell; a little farther the whole field begins."""
+    free = np.zeros((100, 100), bool)
+    free[50, 52] = True
+    free[:, 55:] = True
+    here = Pose2(50.5 * RESOLUTION, 50.5 * RESOLUTION, 0.0)
+    x, y = _way_out(free, here, RESOLUTION, (0.0, 0.0))
+    assert (math.floor(y / RESOLUTION), math.floor(x / RESOLUTION)) == (50, 55)
+    assert _way_out(free, Pose2(1.5, 1.0, 0.0), RESOLUTION, (0.0, 0.0)) == (1.5, 1.0)
+    far = Pose2(30.5 * RESOLUTION, 50.5 * RESOLUTION, 0.0)
+    assert _way_out(free, far, RESOLUTION, (0.0, 0.0)) == (far.x, far.y)

@@ -10,7 +10,8 @@ import pytest
 from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera.file import load_camera
-from rover.vision.localization.localizer import Fix, Localizer
+from rover.vision.localization.fix import Fix
+from rover.vision.localization.localizer import Localizer
 from rover.vision.localization.settings import LocalizerSettings
 
 from companion.tests.vision.thermal_scene import FRAME_STEPS, STEP, Drive, ThermalScene, drive, texture, with_wheels

@@ -70,6 +70,8 @@ class LocalGrid:
         for name, (kind, unknown) in LAYERS.items():
             setattr(self, name, np.full(self.window.shape, unknown, kind))
         self.occupied: NDArray[np.bool_] = np.zeros(self.window.shape, bool)
+        # What stands by the camera, without what is too small; and what an echo may come from because of it.
+        self._solid: NDArray[np.bool_] = np.zeros(self.window.shape, bool)
         self._near_obstacle: NDArray[np.bool_] = np.zeros(self.window.shape, bool)
 
     def layers(self) -> dict[str, NDArray[Any]]:
@@ -100,7 +102,7 @@ class LocalGrid:
         other = LocalGrid(grown)
         if not self.window.empty:
             at = self.window.slices(grown)
-            for name in (*LAYERS, "occupied", "_near_obstacle"):
+            for name in (*LAYERS, "occupied", "_solid", "_near_obstacle"):
                 getattr(other, name)[at] = getattr(self, name)
         self.__dict__.update(other.__dict__)
 
@@ -138,14 +140,14 @@ class LocalGrid:
             np.where(change < 0.0, np.maximum(close, 1) - 1, close),
         )
         self.stamp[at] = stamp
-        self._find_obstacles(Rectangle.around(update.rows, update.columns))
+        self.occupied[at] = self._solid[at] | (self.sonar[at] > OCCUPIED) | self.standing[at]
 
     def stand(self, where: Rectangle, judged: NDArray[np.bool_], standing: NDArray[np.bool_], stamp: int) -> None:
         """What the parallax says of the judged cells, masks over `where`, which the window must cover."""
         at = where.slices(self.window)
         self.standing[at][judged] = standing[judged]
         self.stamp[at][judged] = stamp
-        self._find_obstacles(where)
+        self.occupied[at] = self._solid[at] | (self.sonar[at] > OCCUPIED) | self.standing[at]
 
     def take_over(self, where: Rectangle, cells: NDArray[np.bool_], layers: Mapping[str, NDArray[Any]]) -> None:
         """What another submap has learned of `cells`, a mask over `where`; layers: rasters over `where`, by name."""
@@ -160,13 +162,13 @@ class LocalGrid:
         strong = (self.thermal[look.slices(self.window)] > OCCUPIED).astype(np.uint8)
         inside = where.within(self.window)
         at, cut = inside.slices(self.window), inside.slices(look)
-        if not strong.any():
-            self.occupied[at] = (self.sonar[at] > OCCUPIED) | self.standing[at]
-            self._near_obstacle[at] = False
-            return
-        solid = np.asarray(cv2.morphologyEx(strong, cv2.MORPH_OPEN, SMALLEST), np.uint8)
-        self.occupied[at] = (solid[cut] > 0) | (self.sonar[at] > OCCUPIED) | self.standing[at]
-        self._near_obstacle[at] = cv2.dilate(solid, ECHO_SLACK)[cut] > 0
+        if strong.any():
+            solid = np.asarray(cv2.morphologyEx(strong, cv2.MORPH_OPEN, SMALLEST), np.uint8)
+            self._solid[at] = solid[cut] > 0
+            self._near_obstacle[at] = cv2.dilate(solid, ECHO_SLACK)[cut] > 0
+        else:
+            self._solid[at] = self._near_obstacle[at] = False
+        self.occupied[at] = self._solid[at] | (self.sonar[at] > OCCUPIED) | self.standing[at]
 
     def _add_temperature(
         self,

@@ -59,18 +59,23 @@ class StoredMap:
 def save(grid: Grid, yaml_path: str | Path) -> None:
     """Writes `<name>.yaml` and `<name>.pgm`: occupied black, seen free ground white, the rest grey."""
     file = Path(yaml_path)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    for name, content in map_files(grid, file.stem).items():
+        (file.parent / name).write_bytes(content)
+
+
+def map_files(grid: Grid, stem: str) -> dict[str, bytes]:
+    """The content of `<stem>.pgm` and `<stem>.yaml`, by name."""
     occupied = grid.occupied
     picture = np.full(grid.shape, UNKNOWN, np.uint8)
     picture[grid.seen] = FREE
     picture[occupied] = OCCUPIED
     head = f"P5\n{grid.shape[1]} {grid.shape[0]}\n255\n".encode()
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.with_suffix(".pgm").write_bytes(head + picture[::-1].tobytes())
-    file.write_text(
-        f"image: {file.with_suffix('.pgm').name}\nmode: trinary\nresolution: {grid.resolution:g}\n"
-        f"origin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}\n",
-        encoding="utf-8",
+    text = (
+        f"image: {stem}.pgm\nmode: trinary\nresolution: {grid.resolution:g}\n"
+        f"origin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}\n"
     )
+    return {f"{stem}.pgm": head + picture[::-1].tobytes(), f"{stem}.yaml": text.encode()}
 
 
 def read(yaml_path: str | Path) -> StoredMap:

@@ -82,6 +82,10 @@ class SurveyGrid:
         """Of every submap, by number."""
         return self._pieces
 
+    def changed(self, where: Rectangle) -> None:
+        """Cells within `where` are about to be told as changed."""
+        self._changed.append(where)
+
     def changes(self) -> list[Rectangle]:
         """Where cells may have changed since this was asked last."""
         changed, self._changed = self._changed, []
@@ -228,19 +232,23 @@ class SurveyGrid:
         """Shows a submap wherever, within `where`, it has learned last; of two equal ones the elder is shown."""
         piece = self._pieces[number]
         grid, at = piece.grid, where.slices(self.area)
-        cells, inside = _cells_seen_from(where, AT_HOME, piece.pose, grid.window, self.resolution)
-        stamp, owner = grid.stamp[cells], self.owner[at]
-        shown = inside & (stamp > 0) & ((stamp > self._stamp[at]) | (owner == number))
-        shown |= inside & (stamp > 0) & (stamp == self._stamp[at]) & (owner > number)
-        if not shown.any():
-            return
-        rows, columns = cells[0][shown], cells[1][shown]
-        self._stamp[at][shown] = stamp[shown]
+        inside: NDArray[np.bool_] | bool = True
+        cells: tuple[Any, Any]
+        if piece.pose == AT_HOME:  # cell by cell the same lattice
+            where = where.within(grid.window)
+            if where.empty:
+                return
+            at, cells = where.slices(self.area), where.slices(grid.window)
+        else:
+            cells, inside = _cells_seen_from(where, AT_HOME, piece.pose, grid.window, self.resolution)
+        stamp, known, owner = grid.stamp[cells], self._stamp[at], self.owner[at]
+        shown = inside & (stamp > 0) & ((stamp > known) | (owner == number) | ((stamp == known) & (owner > number)))
+        np.copyto(known, stamp, where=shown)
         owner[shown] = number
-        self.seen[at][shown] = grid.seen[rows, columns]
-        self.occupied[at][shown] = grid.occupied[rows, columns]
-        self.thermal[at][shown] = grid.thermal[rows, columns]
-        self.temperature[at][shown] = grid.temperature[rows, columns]
+        np.copyto(self.seen[at], grid.seen[cells], where=shown)
+        np.copyto(self.occupied[at], grid.occupied[cells], where=shown)
+        np.copyto(self.thermal[at], grid.thermal[cells], where=shown)
+        np.copyto(self.temperature[at], grid.temperature[cells], where=shown)
 
     def _shift(self, piece: Piece, pose: Pose2) -> float:
         """By how many cells a corner of what it has learned moves at most when it goes to `pose`."""

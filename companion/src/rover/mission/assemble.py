@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.outcome import RunStatus
 from rover.record.ate import absolute_trajectory_error
+from rover.record.relative_error import relative_error
 from rover.record.tum import read_tum
 from rover.report.result import (
     Coverage,
@@ -234,16 +236,19 @@ def _count(referee: Mapping[str, Any], key: str) -> int | None:
 
 
 def _localization(survey: Survey, track: Track, out: Path) -> Localization:
-    fused = wheels = None
-    try:
+    fused = wheels = relative = inside = None
+    # A real field, or a rig that is gone: nobody knows the truth.
+    with suppress(BadInput):
         truth = read_tum(out / "truth.tum")
         fused = absolute_trajectory_error(track.fused, truth)
         wheels = absolute_trajectory_error(track.wheels, truth)
-    except BadInput:
-        pass  # a real field, or a rig that is gone: nobody knows the truth
+        relative, inside = relative_error(track.among_things, truth, 0.5 * survey.vehicle.track_width)
     return Localization(
         ate_rmse=fused,
         odometry_only_ate_rmse=wheels,
+        relative_rmse=relative,
+        inside_95=inside,
+        max_relative_sigma=track.max_relative_sigma,
         fixes=survey.perception.fixes,
         rejected=survey.perception.rejected,
         final_sigma=track.final_sigma,

@@ -95,7 +95,9 @@ class Caution:
         if self.likeness is None:
             return space
         size = self._grid.resolution
-        rows, columns = np.nonzero((self._spots >= least) & (self._driven == 0))
-        x, y = (columns + 0.5) * size, (rows + 0.5) * size
+        where = space.where
+        near = where.slices(self._grid.area)
+        rows, columns = np.nonzero((self._spots[near] >= least) & (self._driven[near] == 0))
+        x, y = (columns + where.left + 0.5) * size, (rows + where.top + 0.5) * size
         away = np.hypot(x - pose.x, y - pose.y) >= UNDER
         return keep_off(space, np.column_stack((x, y, np.full(len(x), SPOT_RADIUS)))[away])

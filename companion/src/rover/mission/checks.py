@@ -11,7 +11,7 @@ from statistics import median
 
 from rover.link.telemetry import LinkQuality, Telemetry
 from rover.mission.fault_table import Check
-from rover.vision.localization.localizer import Fix
+from rover.vision.localization.fix import Fix
 
 # Pictures over which refusals and residuals are judged: six seconds.
 FIXES = 50

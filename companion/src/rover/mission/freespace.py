@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.mapping.rectangle import Rectangle
 from rover.mission.area_masks import entered
 from rover.mission.config import Area, Launch
 from rover.mission.keepout import MINE_RADIUS_M, Zone
@@ -35,6 +36,9 @@ RIM = 0.02
 # MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).
 ZONE_MARGIN = 0.02
 
+# Around a path, what can matter to a rover on it, metres: its radius, and room to be beside the path.
+NEAR = 0.6
+
 # A path already driven on is given up only when it comes this much nearer than it was planned: a cell's rounding
 # must not stop the rover.
 CHECK_TOLERANCE = 0.015
@@ -42,10 +46,10 @@ CHECK_TOLERANCE = 0.015
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """The map for one decision. Rasters are (rows, columns) with row 0 at y = 0.
+    """The map for one decision, or a rectangle of it. Rasters are (rows, columns), the first row at the least y.
 
     blocked: cells that nothing of the rover may touch; free: cells where its centre may be; occluders: cells that
-    hide what lies behind them from the camera.
+    hide what lies behind them from the camera. where: which cells of the map they are.
     """
 
     blocked: Mask
@@ -53,10 +57,16 @@ class FreeSpace:
     occluders: Mask
     resolution: float
     radius: float
+    where: Rectangle
+
+    @property
+    def origin(self) -> tuple[float, float]:
+        """x, y in map of the rasters' corner, metres."""
+        return self.where.left * self.resolution, self.where.top * self.resolution
 
     def field(self) -> GridField:
         """The same for the planner, which inflates by `radius` itself."""
-        return GridField(self.blocked, self.resolution)
+        return GridField(self.blocked, self.resolution, self.origin)
 
     def is_clear(self, path: NDArray[np.float64]) -> bool:
         """True when the rover can still sweep along the polyline (N, 2), metres."""
@@ -65,53 +75,112 @@ class FreeSpace:
         points = [(float(x), float(y)) for x, y in path]
         return all(field.segment_clear(a, b, radius) for a, b in pairwise(points))
 
+    def around(self, points: NDArray[np.float64], reach: float = NEAR) -> FreeSpace:
+        """The rectangle of it within `reach` metres of these points (N, 2); its border is none to what lies within."""
+        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+        left, top = np.floor(low / self.resolution).astype(int).tolist()
+        right, bottom = np.ceil(high / self.resolution).astype(int).tolist()
+        where = Rectangle(top, left, bottom, right).within(self.where)
+        if where.empty or where == self.where:
+            return self
+        at = where.slices(self.where)
+        return replace(self, blocked=self.blocked[at], free=self.free[at], occluders=self.occluders[at], where=where)
+
 
 def free_space(
     occupied: Mask, seen: Mask, resolution: float, zones: Iterable[Zone], area: Area, launch: Launch, vehicle: Vehicle
 ) -> FreeSpace:
-    """Puts together what forbids ground."""
-    radius = vehicle.radius
-    shown = seen | disc_mask(seen.shape, resolution, launch.pose.x, launch.pose.y, launch.surveyed_radius)
-    solid = occupied.copy()
-    for x, y, r in area.obstacles:
-        solid |= disc_mask(seen.shape, resolution, x, y, r)
-    rim = np.ones((2 * round(RIM / resolution) + 1,) * 2, np.uint8)
-    blocked = solid | cv2.dilate(occupied.astype(np.uint8), rim).astype(bool) | ~shown
-    blocked |= ~entered(area, launch, seen.shape, resolution)
-    for zone in zones:
-        # Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
-        core = max(zone.radius + ZONE_MARGIN - (radius - vehicle.wheel_reach), MINE_RADIUS_M)
-        blocked |= disc_mask(seen.shape, resolution, zone.x, zone.y, core)
-    return FreeSpace(
-        blocked=blocked,
-        free=_erode(blocked, resolution, radius + MARGIN),
-        occluders=solid,
-        resolution=resolution,
-        radius=radius + MARGIN,
+    """Puts together what forbids ground, all over the map."""
+    where = Rectangle(0, 0, *seen.shape)
+    may_enter = entered(area, launch, seen.shape, resolution)
+    rim = with_rim(occupied, resolution)
+    solid, blocked = forbidden(
+        where, occupied, rim, seen, may_enter, resolution, zones, area.obstacles, launch, vehicle
     )
+    radius = vehicle.radius + MARGIN
+    return FreeSpace(blocked, eroded(blocked, resolution, radius), solid, resolution, radius, where)
+
+
+def forbidden(
+    where: Rectangle,
+    occupied: Mask,
+    rim: Mask,
+    seen: Mask,
+    may_enter: Mask,
+    resolution: float,
+    zones: Iterable[Zone],
+    obstacles: Iterable[tuple[float, float, float]],
+    launch: Launch,
+    vehicle: Vehicle,
+) -> tuple[Mask, Mask]:
+    """Solid and blocked cells of a rectangle of the map; the masks are of that rectangle."""
+    shown = seen | disc(where, resolution, launch.pose.x, launch.pose.y, launch.surveyed_radius)
+    solid = occupied.copy()
+    for x, y, r in obstacles:
+        _add_disc(solid, where, resolution, x, y, r)
+    blocked = solid | rim | ~shown | ~may_enter
+    for zone in zones:
+        _add_disc(blocked, where, resolution, zone.x, zone.y, core_radius(zone, vehicle))
+    return solid, blocked
+
+
+def rim_cells(resolution: float) -> int:
+    """How many cells the rim of what is occupied is wide."""
+    return round(RIM / resolution)
+
+
+def with_rim(occupied: Mask, resolution: float) -> Mask:
+    """What is occupied and the rim around it."""
+    return cv2.dilate(occupied.astype(np.uint8), np.ones((2 * rim_cells(resolution) + 1,) * 2, np.uint8)).astype(bool)
+
+
+def core_radius(zone: Zone, vehicle: Vehicle) -> float:
+    """What of a zone nothing of the rover may touch, metres.
+
+    Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
+    """
+    return max(zone.radius + ZONE_MARGIN - (vehicle.radius - vehicle.wheel_reach), MINE_RADIUS_M)
 
 
 def keep_off(space: FreeSpace, discs: NDArray[np.float64]) -> FreeSpace:
     """The same with more forbidden ground: discs (N, 3) of x, y and radius, metres, that hide nothing."""
     if not len(discs):
         return space
-    blocked, size = space.blocked.copy(), space.resolution
+    blocked = space.blocked.copy()
     for x, y, r in discs.tolist():
-        top, left = max(0, int((y - r) / size)), max(0, int((x - r) / size))
-        patch = blocked[top : int((y + r) / size) + 1, left : int((x + r) / size) + 1]
-        patch |= disc_mask((patch.shape[0], patch.shape[1]), size, x - left * size, y - top * size, r)
-    return replace(space, blocked=blocked, free=_erode(blocked, space.resolution, space.radius))
+        _add_disc(blocked, space.where, space.resolution, x, y, r)
+    return replace(space, blocked=blocked, free=eroded(blocked, space.resolution, space.radius))
 
 
 def disc_mask(shape: tuple[int, int], resolution: float, x: float, y: float, radius: float) -> Mask:
     """Cells whose centre lies within `radius` of a point, metres."""
-    rows, columns = shape
-    dy = (np.arange(rows) + 0.5) * resolution - y
-    dx = (np.arange(columns) + 0.5) * resolution - x
-    return dx[None, :] ** 2 + dy[:, None] ** 2 <= radius**2
+    return disc(Rectangle(0, 0, *shape), resolution, x, y, radius)
 
 
-def _erode(blocked: Mask, resolution: float, radius: float) -> Mask:
+def disc(where: Rectangle, resolution: float, x: float, y: float, radius: float) -> Mask:
+    """The same of a rectangle of the map."""
+    across, up = where.centres(resolution)
+    inside: Mask = (across - x) ** 2 + (up - y) ** 2 <= radius**2
+    return inside
+
+
+def rectangle_of(resolution: float, x: float, y: float, radius: float) -> Rectangle:
+    """Cells that a disc can touch."""
+    return Rectangle(
+        math.floor((y - radius) / resolution),
+        math.floor((x - radius) / resolution),
+        math.ceil((y + radius) / resolution),
+        math.ceil((x + radius) / resolution),
+    )
+
+
+def _add_disc(mask: Mask, where: Rectangle, resolution: float, x: float, y: float, radius: float) -> None:
+    part = rectangle_of(resolution, x, y, radius).within(where)
+    if not part.empty:
+        mask[part.slices(where)] |= disc(part, resolution, x, y, radius)
+
+
+def eroded(blocked: Mask, resolution: float, radius: float) -> Mask:
     """Cells further than `radius` from anything blocked and from the border."""
     open_ground = np.zeros((blocked.shape[0] + 2, blocked.shape[1] + 2), np.uint8)
     open_ground[1:-1, 1:-1] = ~blocked

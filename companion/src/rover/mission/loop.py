@@ -31,6 +31,10 @@ from rover.record.topics import FIX, OPERATOR, PLACES, RIG_LOST, SEGMENTS, VERDI
 
 CYCLE = 0.02
 STATUS_PERIOD = 0.5
+# Seconds between two notes of where the rover believes to be among the things around it.
+LOOK_PERIOD = 0.5
+# Seconds between two maps in the log; the last one is that of the mission's end.
+GRID_PERIOD = 30.0
 # After the mission's end the rover is disarmed; this long the link may take to confirm it.
 DISARM_TIMEOUT = 2.0
 
@@ -111,6 +115,8 @@ class MissionLoop:
         self._keep = keep
         self._ear = ear
         self._status_due = 0.0
+        self._look_due = 0.0
+        self._grid_due = GRID_PERIOD
         self._begin = time.monotonic()
         self._noted = 0
         self._decisions = 0
@@ -266,7 +272,17 @@ class MissionLoop:
     def _record(self, now: float, seen: bool) -> None:
         survey = self.survey
         perception = survey.perception
-        self.track.add(now, perception.pose, perception.localizer.odometry_only, perception.sigma)
+        self.track.add(
+            now, perception.pose, perception.localizer.odometry_only, perception.sigma, perception.relative_sigma
+        )
+        if now >= self._grid_due or survey.outcome is not None:
+            self._grid_due = now + GRID_PERIOD
+            self.journal.grid(now, perception.grid.seen, perception.grid.occupied, perception.grid.resolution)
+        if now >= self._look_due:
+            self._look_due = now + LOOK_PERIOD
+            found = perception.among_things()
+            if found is not None:
+                self.track.among_things.append(found)
         if seen:
             self.journal.pose(now, perception.pose)
             if perception.last_fix is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from rover.mapping.map_server import map_files
 from rover.mission.former_run import pack_run
 from rover.mission.survey import Survey
 from rover.mission.track import Track
@@ -18,5 +19,6 @@ def write_outputs(result: RunResult, survey: Survey, track: Track) -> RunResult:
     out = Path(result.out)
     # What a next run goes on from comes first: the report can be made again, the drive cannot.
     lost = [write_or_tell(out / name, content) for name, content in pack_run(survey).items()]
+    lost += [write_or_tell(out / name, content) for name, content in map_files(survey.perception.grid, "map").items()]
     lost += [write_or_tell(out / "trajectory.tum", tum_lines(track.fused).encode()), *write_run(result, out)]
     return replace(result, unwritten=tuple(line for line in lost if line is not None))

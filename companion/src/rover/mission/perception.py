@@ -24,10 +24,13 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
 from rover.mission.goals import Goal
 from rover.mission.keepout import KeepOut
+from rover.mission.surroundings import among_things
+from rover.record.relative_error import RelativePose
 from rover.vehicle import Vehicle
 from rover.vision.camera.model import CameraModel
+from rover.vision.localization.fix import Fix
 from rover.vision.localization.keyframe_map import KeyframeMap
-from rover.vision.localization.localizer import Fix, Localizer
+from rover.vision.localization.localizer import Localizer
 from rover.vision.localization.settings import LocalizerSettings
 from rover.vision.registration.steps import with_steps
 
@@ -208,6 +211,12 @@ class Perception:
         self.parallax.bear(own.x, own.y, self.vehicle.radius)
         if found is not None:
             self.grid.stand(found)
+
+    def among_things(self) -> RelativePose | None:
+        """The rover's pose as seen from where the nearest zone or obstacle was seen; None while it is not placed."""
+        if not self.placed:
+            return None
+        return among_things(self.pose, self.localizer, self.grid, self.keepout.active)
 
     def shift(self) -> Pose2 | None:
         """How the ground around the rover has moved in map since this was asked last; None when it has not."""

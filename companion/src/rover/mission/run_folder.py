@@ -27,6 +27,8 @@ RUN_FILES = (
     "summary.json",
     "report.html",
     "map.png",
+    "map.pgm",
+    "map.yaml",
     WORLD_FILE,
     LOCAL_FILE,
     "trajectory.tum",

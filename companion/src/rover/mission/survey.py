@@ -23,6 +23,7 @@ from rover.link.telemetry import Battery, FirmwareState, Telemetry
 from rover.link.words import MotorState
 from rover.mission.caution import BOLD, CAUTIOUS, SURER, Caution
 from rover.mission.checks import Checks
+from rover.mission.choice import choose
 from rover.mission.conclusion import Conclusion, Ending
 from rover.mission.config import Mission
 from rover.mission.contacts import Contacts
@@ -36,12 +37,13 @@ from rover.mission.goals import Goal, Goals, GoalState, judge_inspection
 from rover.mission.halting import halt, recover
 from rover.mission.holds import Holds
 from rover.mission.home import WayHome
+from rover.mission.kept_space import KeptSpace
 from rover.mission.orders import Orders
 from rover.mission.perception import Perception
 from rover.mission.phase import Event, Phase, transition
 from rover.mission.progress import Duty, Odometer, Progress
 from rover.mission.stops import Stops
-from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target, candidates, decide
+from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target
 from rover.mission.vigilance import heed, heed_faults, heed_gap
 from rover.mission.waiting import waiting_for
 from rover.mission.watch import Watch
@@ -94,6 +96,7 @@ class Survey:
         self.checks = Checks()
         self._desk = FaultDesk()
         self.odometer = Odometer(vehicle)
+        self._space = KeptSpace(perception.grid, mission.launch, vehicle)
         self._progress = Progress()
 
     def abort(self, outcome: Outcome, home: bool = False) -> None:
@@ -151,8 +154,9 @@ class Survey:
         self.heed(now)
         space = self._free_space() if mapped else None
         if space is not None and not self.drive.at_rest(now):
-            careful = self.caution.keep_off(space, self._kept_off + SURER, self.perception.pose)
-            if self.drive.check(careful, self.perception.pose, space):
+            near = space.around(np.vstack([self.drive.path, [(self.perception.pose.x, self.perception.pose.y)]]))
+            careful = self.caution.keep_off(near, self._kept_off + SURER, self.perception.pose)
+            if self.drive.check(careful, self.perception.pose, near):
                 return Orders(stop=True)
         segments, start = self.drive.step(now, self.perception.pose)
         if not segments and self.drive.at_rest(now):
@@ -185,9 +189,12 @@ class Survey:
     def _free_space(self, seen: Mask | None = None) -> FreeSpace:
         """`seen`: ground to count as seen; what frames have shown when left out."""
         grid = self.perception.grid
+        if seen is None:
+            area = self.contacts.added_to(self.mission.area)
+            return self._space.now(self.perception.keepout.active, area, self.perception.sigma)
         return free_space(
             grid.occupied,
-            grid.seen if seen is None else seen,
+            seen,
             grid.resolution,
             self.perception.keepout.active,
             self.contacts.added_to(self.mission.area),
@@ -311,19 +318,14 @@ class Survey:
         pose, pending = self.perception.pose, self.goals.pending
         self.decisions += 1
         standoff, seed = self.mission.detector.standoff, self._seed + self.decisions
-        for self._kept_off in (CAUTIOUS, BOLD):
-            careful = self.caution.keep_off(space, self._kept_off, pose)
-            unseen, footprint = self.coverage.unseen(), self.perception.footprint
-            targets = candidates(careful, pose, pending, unseen, footprint, standoff)
-            self.decision = decide(careful, pose, targets, seed)
-            if self.decision is not None:
-                space = careful
-                break
+        unseen, footprint = self.coverage.unseen(), self.perception.footprint
+        choice = choose(space, self.caution, pose, pending, unseen, footprint, standoff, seed)
+        self.decision, self._kept_off = choice.decision, choice.kept_off
         if self.decision is None:
             self._decide_to_end(now)
             return
         target = self._target = self.decision.target
-        self._set_out(space, self.decision.path, target.pose.heading)
+        self._set_out(choice.space, self.decision.path, target.pose.heading)
         self._progress.drives(now, self.coverage.gain_units(MIN_GAIN) + self.goals.settled)
         self.note(now, _purpose(target))
         self.happen(Event.SET_OUT, now)

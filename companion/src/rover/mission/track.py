@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.geometry import Pose2
+from rover.record.relative_error import RelativePose
 
 # A pose with a larger 1σ than this, metres, is none: the rover has not found out yet where it is.
 MAX_SIGMA = 1.0
@@ -22,15 +23,19 @@ class Track:
         self._fused: list[tuple[float, float, float, float]] = []
         self._wheels: list[tuple[float, float, float, float]] = []
         self._sigmas: list[float] = []
+        self._relative_sigmas: list[float] = []
+        # Where the rover believed to be among things, twice a second.
+        self.among_things: list[RelativePose] = []
 
-    def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float) -> None:
-        """One cycle."""
+    def add(self, now: float, fused: Pose2, wheels: Pose2, sigma: float, relative_sigma: float) -> None:
+        """One cycle; `sigma`: of the position in map, `relative_sigma`: of that among the ground around, metres."""
         self._first, self._last = now if self._first is None else self._first, now
         if sigma > MAX_SIGMA:
             return
         self._fused.append((now, fused.x, fused.y, fused.heading))
         self._wheels.append((now, wheels.x, wheels.y, wheels.heading))
         self._sigmas.append(sigma)
+        self._relative_sigmas.append(relative_sigma)
 
     @property
     def fused(self) -> NDArray[np.float64]:
@@ -51,6 +56,11 @@ class Track:
     def max_sigma(self) -> float | None:
         """The largest 1σ of the run, metres."""
         return max(self._sigmas) if self._sigmas else None
+
+    @property
+    def max_relative_sigma(self) -> float | None:
+        """The largest 1σ of the position among the ground around, metres."""
+        return max(self._relative_sigmas) if self._relative_sigmas else None
 
     @property
     def duration(self) -> float:

@@ -15,11 +15,14 @@ from dataclasses import fields, is_dataclass
 from typing import Any, get_type_hints
 
 import numpy as np
+from foxglove_schemas_protobuf.Grid_pb2 import Grid
 from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
 from foxglove_schemas_protobuf.Pose_pb2 import Pose
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
 from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import NDArray
@@ -29,7 +32,7 @@ from rover.geometry import Pose2
 from rover.link.intake import Cycle
 from rover.record.device_cycle import pack_cycle
 from rover.record.rig_step import pack_step
-from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
+from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, GRID, RIG_CYCLE, RIG_STEP
 
 LOG_LEVELS = {"debug": Log.DEBUG, "info": Log.INFO, "warning": Log.WARNING, "error": Log.ERROR, "fatal": Log.FATAL}
 JSON_TYPES: dict[Any, str] = {float: "number", int: "integer", str: "string", bool: "boolean"}
@@ -85,6 +88,23 @@ class Journal(ABC):
         """A planned path, (N, 2) in map."""
         poses = [_pose(Pose2(x, y, 0.0)) for x, y in np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()]
         self.put_protobuf(topic, time, PosesInFrame(timestamp=_stamp(time), frame_id="map", poses=poses))
+
+    def grid(self, time: float, seen: NDArray[np.bool_], occupied: NDArray[np.bool_], resolution: float) -> None:
+        """The map, (rows, columns) with row 0 at y = 0: -1 unknown, 0 free, 100 occupied, as in nav_msgs."""
+        cells = np.where(occupied, 100, np.where(seen, 0, -1)).astype(np.int8)
+        columns = cells.shape[1]
+        message = Grid(
+            timestamp=_stamp(time),
+            frame_id="map",
+            pose=_pose(Pose2(0.0, 0.0, 0.0)),
+            column_count=columns,
+            cell_size=Vector2(x=resolution, y=resolution),
+            row_stride=columns,
+            cell_stride=1,
+            fields=[PackedElementField(name="occupancy", offset=0, type=PackedElementField.INT8)],
+            data=cells.tobytes(),
+        )
+        self.put_protobuf(GRID, time, message)
 
     def log(self, time: float, level: str, text: str, name: str = "mission", topic: str = "/log") -> None:
         """A line of text; levels: debug, info, warning, error, fatal."""

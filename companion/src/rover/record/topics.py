@@ -18,6 +18,7 @@ SEGMENTS = "/motion/segments"
 PLACES = "/detection/places"
 FIX = "/localization/fix"
 POSE = "/pose"
+GRID = "/map/grid"
 
 # Zones as they were, version by version, and what was reported: all that a referee needs besides the truth.
 VERDICT_ASKED = "/referee/asked"

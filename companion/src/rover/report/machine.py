@@ -38,6 +38,7 @@ def localisation(result: RunResult) -> Html:
         ("Camera fixes rejected", text(figures.rejected)),
         ("Position ±1σ at the end", _error(figures.final_sigma)),
         ("Position ±1σ, largest", _error(figures.max_sigma)),
+        ("Position among the ground around ±1σ, largest", _error(figures.max_relative_sigma)),
     ]
     note = NOTHING
     if not result.identities.simulated:

@@ -146,7 +146,11 @@ class Found:
 
 @dataclass(frozen=True)
 class Localization:
-    """How well the rover knew where it was: RMS errors in metres (simulated rigs), fixes of the camera."""
+    """How well the rover knew where it was: RMS errors in metres (simulated rigs), fixes of the camera.
+
+    ate_rmse, sigma: in map, which is tied to the launch; relative_rmse, inside_95, max_relative_sigma: among the things
+    and the ground around the rover (`rover.record.relative_error`).
+    """
 
     ate_rmse: float | None = None
     odometry_only_ate_rmse: float | None = None
@@ -154,6 +158,9 @@ class Localization:
     rejected: int = 0
     final_sigma: float | None = None
     max_sigma: float | None = None
+    relative_rmse: float | None = None
+    inside_95: float | None = None
+    max_relative_sigma: float | None = None
 
 
 @dataclass(frozen=True)
@@ -306,6 +313,9 @@ class RunResult:
                 "rejected": self.localization.rejected,
                 "final_sigma_m": _rounded(self.localization.final_sigma, 5),
                 "max_sigma_m": _rounded(self.localization.max_sigma, 5),
+                "relative_rmse_m": _rounded(self.localization.relative_rmse, 5),
+                "inside_95": _rounded(self.localization.inside_95, 4),
+                "max_relative_sigma_m": _rounded(self.localization.max_relative_sigma, 5),
             },
             "link": {key: round(value, 9) if math.isfinite(value) else None for key, value in self.link.items()},
             "rig": self.identities.rig,

@@ -7,7 +7,7 @@ the one before, so that until a loop is closed coordinates are the same in all o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from rover.geometry import Pose2
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap, SubmapRecord
-from rover.vision.localization.keyframes import KeyframeSettings, KeyframeStore
-from rover.vision.localization.pose_filter import PoseFilter, relative_pose
+from rover.vision.localization.keyframes import OF_ANOTHER_RUN, KeyframeSettings, KeyframeStore
+from rover.vision.localization.pose_filter import Moved, PoseFilter, relative_pose
 from rover.vision.localization.submap_graph import SubmapGraph, edge_between
 
 Array = NDArray[np.float64]
@@ -39,11 +39,12 @@ class Submap:
 class Known:
     """A keyframe of another submap that shows the ground in view: where the rover is expected in its frame.
 
-    covariance (3, 3) in the keyframe's axes.
+    covariance (3, 3) in the keyframe's axes. overlap: the share of the view that it shows.
     """
 
     submap: int
     index: int
+    overlap: float
     expected: Pose2
     covariance: Array
 
@@ -84,11 +85,11 @@ class Atlas:
         self.here.keyframes.forget_votes()
         self.active = len(self.submaps) - 1
 
-    def elsewhere(self) -> list[Known]:
-        """Keyframes of other submaps that share enough of the view, the best of each submap; best first."""
+    def elsewhere(self, least: float) -> list[Known]:
+        """Keyframes of other submaps that share at least this much of the view, the best of each; best first."""
         robot = self.here.filter
         place, _ = self.graph.lifted(self.active, robot.pose, robot.pose_covariance)
-        found: list[tuple[float, Known]] = []
+        found: list[Known] = []
         for number, submap in enumerate(self.submaps):
             if number == self.active or not len(submap.keyframes):
                 continue
@@ -100,15 +101,15 @@ class Atlas:
             pose = np.array([rough.x, rough.y, rough.heading])
             overlap = submap.keyframes.overlap(pose, poses[near])
             best = int(overlap.argmax())
-            if overlap[best] < self._settings.sparse:
+            if overlap[best] < least:
                 continue
             index = int(near[best])
             inside, covariance = self.graph.carried(self.active, robot.pose, robot.pose_covariance, number)
             expected, of_pose, of_key = relative_pose(inside, submap.filter.keyframe_pose(index))
             key = submap.filter.covariance_of(index)
             spread = of_pose @ covariance @ of_pose.T + of_key @ key @ of_key.T
-            found.append((float(overlap[best]), Known(number, index, expected, spread)))
-        return [known for _, known in sorted(found, key=lambda one: (-one[0], one[1].submap))]
+            found.append(Known(number, index, float(overlap[best]), expected, spread))
+        return sorted(found, key=lambda known: (-known.overlap, known.submap))
 
     def enter(self, number: int, index: int, fix: Pose2, noise: Array, sure: bool) -> None:
         """The rover goes over into a submap: it was seen at `fix` in the frame of keyframe `index` there.
@@ -131,6 +132,29 @@ class Atlas:
         if not self.graph.knows(edge):
             self.graph.close(edge)
             self.moves += 1
+
+    def as_seen_with(
+        self, point: tuple[float, float], number: int, moved: Moved
+    ) -> tuple[float, Pose2, Array] | None:
+        """The rover as `moved` since the filter's time, in the frame of the first keyframe of a submap with a point.
+
+        point: in map. Returns the keyframe's time, the pose, and the covariance (2, 2) of its position.
+        """
+        submap = self.submaps[number]
+        x, y = self.graph.poses[number].inverse().transform(np.array([point]))[0].tolist()
+        index = submap.keyframes.first_with((x, y), submap.filter.keyframe_poses())
+        if index is None:
+            return None
+        time, key = submap.keyframes.frames[index].time, submap.filter.keyframe_pose(index)
+        robot = Pose2(*moved.robot[:3].tolist())
+        if number == self.active:
+            covariance = self.here.filter.relative_covariance(index, moved)
+            return time, robot.relative_to(key), covariance[:2, :2]
+        own = (moved.jacobian @ self.here.filter.robot_covariance @ moved.jacobian.T + moved.added)[:3, :3]
+        inside, spread = self.graph.carried(self.active, robot, own, number)
+        relative, of_pose, of_key = relative_pose(inside, key)
+        covariance = of_pose @ spread @ of_pose.T + of_key @ submap.filter.covariance_of(index) @ of_key.T
+        return time, relative, covariance[:2, :2]
 
     @property
     def map(self) -> KeyframeMap:
@@ -158,6 +182,6 @@ class Atlas:
             estimate.add_known(record.poses, record.covariance)
             store = KeyframeStore(self._camera, self._settings)
             for frame in record.frames:
-                store.add(frame)
+                store.add(replace(frame, time=OF_ANOTHER_RUN))
             self.submaps.append(Submap(estimate, store))
         self.active = known.active

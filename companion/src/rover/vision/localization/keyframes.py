@@ -17,6 +17,10 @@ from rover.vision.registration.matching import BITS, signs
 Points = NDArray[np.float64]
 
 
+# The time of a keyframe that another run has left: seconds of another clock mean nothing.
+OF_ANOTHER_RUN = -1.0
+
+
 @dataclass(frozen=True, eq=False)
 class Keyframe:
     """ground (N, 2): its features in base_link of its own pose; descriptors (N, 32) of these;
@@ -99,6 +103,15 @@ class KeyframeStore:
         uv = self.camera.ground_to_pixel(np.column_stack((x.ravel(), y.ravel())))
         share: Points = self.camera.inside(uv).reshape(x.shape).mean(axis=1)
         return share
+
+    def first_with(self, point: tuple[float, float], poses: Points) -> int | None:
+        """The first keyframe of this run that shows a point; poses (K, 3): theirs, in the frame of the point."""
+        dx, dy = point[0] - poses[:, 0], point[1] - poses[:, 1]
+        c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        uv = self.camera.ground_to_pixel(np.column_stack((c * dx + s * dy, c * dy - s * dx)))
+        ours = np.array([frame.time for frame in self.frames]) != OF_ANOTHER_RUN
+        shows = np.flatnonzero(self.camera.inside(uv) & ours)
+        return int(shows[0]) if len(shows) else None
 
     def candidates(self, overlap: Points) -> list[int]:
         """Which keyframes to look at: the oldest that overlap enough, and last the one that overlaps most."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from rover.capture.frame import Frame
 from rover.geometry import Pose2, wrap_angle
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.atlas import Atlas
+from rover.vision.localization.fix import Fix
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.keyframes import Keyframe, KeyframeStore
 from rover.vision.localization.motion_history import MotionHistory
@@ -31,23 +32,6 @@ from rover.vision.localization.relocation import Proposal, convincing, propose, 
 from rover.vision.localization.settings import NOWHERE, LocalizerSettings
 
 Array = NDArray[np.float64]
-
-@dataclass(frozen=True)
-class Fix:
-    """What became of one frame. Pose in map (metres, radians) as the frame alone says; reason: why it was refused."""
-
-    time: float
-    accepted: bool
-    reason: str = ""
-    keypoints: int = 0
-    matches: int = 0
-    inliers: int = 0
-    residual_px: float = 0.0
-    x: float = math.nan
-    y: float = math.nan
-    heading: float = math.nan
-    keyframe: bool = False
-
 
 class Localizer:
     """Pose of base_link in map with its covariance; the pose from the wheels alone is kept beside it."""
@@ -71,8 +55,8 @@ class Localizer:
         self._mark = mark
         self._filter_time = -math.inf
         self._front = self._at_filter()
-        # Keyframes that show the ground around the rover, as of the last frame.
-        self._near: list[int] = []
+        # Of the keyframes that show the ground in view, the one to which the rover was known best at the last frame.
+        self._near: int | None = None
         # Time, submap, and pose (3,) in that submap.
         self._past: deque[tuple[float, int, Array]] = deque(maxlen=100)
         self._contradicted = 0
@@ -98,6 +82,11 @@ class Localizer:
         return self._in_map(_pose(self._front.robot))
 
     @property
+    def time(self) -> float:
+        """When the newest pose was: at the end of the last wheel report, or of the last frame."""
+        return max(self._filter_time, self._history.newest)
+
+    @property
     def covariance(self) -> Array:
         """(3, 3) of x, y, heading of the newest pose in map: it grows with the way from the launch."""
         inside = self._front_covariance
@@ -116,8 +105,17 @@ class Localizer:
         Of the keyframes that show the ground around the rover it is the one to which the rover is known best: what was
         mapped there was mapped from it. Before the first keyframe it is that of the pose in map.
         """
-        found = [self.filter.relative_covariance(index, self._front) for index in self._near]
-        return min(found, key=lambda one: float(one[0, 0] + one[1, 1]), default=self._front_covariance)
+        if self._near is None:
+            return self._front_covariance
+        return self.filter.relative_covariance(self._near, self._front)
+
+    def as_seen_with(self, point: tuple[float, float], submap: int) -> tuple[float, Pose2, Array] | None:
+        """The newest pose in the frame of the first keyframe of a submap that shows a point of the map.
+
+        Returns the keyframe's time, the pose, and the covariance (2, 2) of its position; None where no keyframe of
+        this run shows the point.
+        """
+        return self.atlas.as_seen_with(point, submap, self._front)
 
     @property
     def lost(self) -> bool:
@@ -240,7 +238,8 @@ class Localizer:
     def _return(self, time: float, seen: Observation) -> Fix | None:
         """Ground that this submap does not know: does another one know it? Then the rover goes over into that one."""
         s = self.settings
-        for known in self.atlas.elsewhere()[: s.keyframes.tries]:
+        least = s.keyframes.enough if self._full else s.keyframes.sparse
+        for known in self.atlas.elsewhere(least)[: s.keyframes.tries]:
             keyframe = self.atlas.submaps[known.submap].keyframes.frames[known.index]
             area = search_area(known.expected, known.covariance, s.placement)
             made = place(seen, keyframe, self.camera, area, s.placement, self._mark)
@@ -251,7 +250,11 @@ class Localizer:
             if float(off @ np.linalg.solve(known.covariance + noise, off)) > s.gate:
                 continue
             self.atlas.enter(known.submap, known.index, made.found.pose, noise, sure=True)
-            return self._fix(time, True, "in another submap", seen, made, known.index)
+            fix = self._fix(time, True, "in another submap", seen, made, known.index)
+            if known.overlap < s.keyframes.sparse and not self._full:
+                self._keep(time)
+                return replace(fix, keyframe=True)
+            return fix
         return None
 
     def _relocate(self, time: float, seen: Observation, refused: Fix) -> Fix:
@@ -305,14 +308,20 @@ class Localizer:
 
     def _keep(self, time: float) -> None:
         seen = self._observer.look_closer()
-        (a, b), (_, d) = self.filter.pose_covariance[:2, :2].tolist()
-        vague = 0.5 * (a + d) + math.hypot(0.5 * (a - d), b) > self.settings.rigid**2
-        if len(self.keyframes) >= self.settings.keyframes.limit or (vague and len(self.keyframes)):
+        if self._full:
             self.atlas.begin()
         blur = self.settings.blur if self.settings.motion == "wheels" else self.settings.blur_alone
         self.filter.add_keyframe(np.diag(np.square(blur)))
         self.keyframes.add(Keyframe(seen.ground, seen.descriptors, seen.pixel_m, time))
         self._mark("keyframe")
+
+    @property
+    def _full(self) -> bool:
+        """True when this submap takes no further keyframe: it has enough, or would be no rigid piece any more."""
+        (a, b), (_, d) = self.filter.pose_covariance[:2, :2].tolist()
+        vague = 0.5 * (a + d) + math.hypot(0.5 * (a - d), b) > self.settings.rigid**2
+        count = len(self.keyframes)
+        return count >= self.settings.keyframes.limit or (vague and count > 0)
 
     def _in_map(self, inside: Pose2) -> Pose2:
         return self.atlas.graph.poses[self.atlas.active].compose(inside)
@@ -352,10 +361,14 @@ class Localizer:
         self._filter_time = max(time, self._filter_time)
 
     def _look_around(self) -> None:
-        """Which keyframes show the ground that is in view now; where none does, those in view before stay."""
+        """Which keyframe that shows the ground in view tells best where the rover is; where none does, the last one."""
         overlap = self.keyframes.overlap(self.filter.mean[:3], self.filter.keyframe_poses())
         near = np.flatnonzero(overlap >= self.settings.keyframes.enough).tolist()
-        self._near = near or self._near
+        if not near:
+            self._near = None if self._near is not None and self._near >= len(self.keyframes) else self._near
+            return
+        spreads = [float(self.filter.relative_covariance(index)[:2, :2].trace()) for index in near]
+        self._near = near[int(np.argmin(spreads))]
 
     def _at_filter(self) -> Moved:
         return Moved(self.filter.mean[:5].copy(), np.eye(5), np.zeros((5, 5)))

@@ -156,10 +156,6 @@ impl Core {
         let busy = holder.is_some_and(|holder| holder != hello.session);
         let accepted = understood && !busy;
         if holder.is_none() {
-            if self.greeter != Some(hello.session) {
-                // Another companion counts its keep-alive anew.
-                self.keep_alive = None;
-            }
             self.greeter = Some(hello.session);
             self.session = accepted.then_some(hello.session);
             self.link.select(wire);

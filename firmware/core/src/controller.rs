@@ -429,6 +429,8 @@ impl Core {
         self.bumper.release();
         self.drive_check.reset();
         self.faults.armed();
+        // Counters of the keep-alive are compared within one arming: a companion may have started anew before it.
+        self.keep_alive = None;
         self.fed_us = self.now_us;
     }
 

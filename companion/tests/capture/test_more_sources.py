@@ -234,3 +234,27 @@ def test_cameras_are_listed_as_the_kernel_names_them(tmp_path):
     assert list_cameras(tmp_path) == [Camera("/dev/video2", "PureThermal (fw:v1.3.0)"),
                                       Camera("/dev/video10", "Boson: Boson Video")]  # fmt: skip
     assert list_cameras(tmp_path / "none") == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_flipped_bits_in_a_log_end_in_frames_or_one_line(tmp_path: Path, seed: int) -> None:
+    whole = tmp_path / "whole.mcap"
+    with Recording(whole) as recording:
+        for number in range(12):
+            recording.frame(0.1 * number, Frame(counts(number), 0.1 * number, number))
+    content, rng = whole.read_bytes(), np.random.default_rng(seed)
+    file = tmp_path / "damaged.mcap"
+    for _ in range(60):
+        damaged = bytearray(content)
+        for at in rng.integers(0, len(content), int(rng.integers(1, 6))):
+            damaged[at] ^= 1 << int(rng.integers(8))
+        file.write_bytes(damaged)
+        assert outcome(file) <= 12
+
+
+def outcome(file: Path) -> int:
+    """How many frames a log gives; 0 where it gives one line instead."""
+    try:
+        return len(list(McapSource(str(file))))
+    except BadInput as error:
+        return 0 if "\n" not in str(error) else 1000

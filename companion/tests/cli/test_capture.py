@@ -61,6 +61,8 @@ def test_a_source_stands_wherever_pictures_do(log: Path, tmp_path: Path, capsys:
     assert found["homography"][0][2] == pytest.approx(-8.0, abs=0.2)
     assert invoke(["stitch", f"mcap:{log}?skip=1&count=3", "--out", str(tmp_path / "m.png"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["width"] == pytest.approx(168, abs=1)
+    assert invoke(["grid", f"{log}?count=2", "--out", str(tmp_path / "g.yaml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["width"] == 160
     assert invoke(["detect", f"{log}?count=2", "--json"]) == 0
     assert [entry["image"] for entry in json.loads(capsys.readouterr().out)] == [f"{log}#1", f"{log}#2"]
 

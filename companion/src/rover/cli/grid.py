@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rover.cli.output import write_json, write_text
+from rover.cli.pictures import SOURCE, SOURCE_HELP, check_end, expanded, frames_of, is_source
 from rover.errors import BadInput
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ Without --camera the pictures were taken from straight above, and each pixel is 
 Examples:
   rover grid ground.tif --metres-per-pixel 0.01 --out ground.yaml
   rover grid photo.png --visible --out photo.yaml --json
+  rover grid clip.mcap?skip=20&count=3 --camera lepton-160 --out ahead.yaml
   rover grid frame1.tif frame2.tif --camera lepton-160 --out ahead.yaml
 """
 DEFAULT_METRES_PER_PIXEL = 0.01
@@ -37,7 +40,7 @@ CAMERA_RESOLUTION_M = 0.02
 
 
 def command(
-    pictures: Annotated[list[Path], typer.Argument(metavar="PICTURE…", help="Pictures from one spot.")],
+    pictures: Annotated[list[str], typer.Argument(metavar=f"{SOURCE}…", help=f"All from one spot. {SOURCE_HELP}")],
     out: Annotated[Path, typer.Option("--out", metavar="MAP.yaml", help="The map; its picture is written beside it.")],
     visible: Annotated[bool, typer.Option("--visible", help="By lightness: photographs, colour or grey.")] = False,
     metres_per_pixel: Annotated[
@@ -73,13 +76,12 @@ def command(
     return 0
 
 
-def grid_from_above(files: list[Path], visible: bool, metres_per_pixel: float) -> PictureGrid:
+def grid_from_above(sources: Sequence[str], visible: bool, metres_per_pixel: float) -> PictureGrid:
     """One cell a pixel. Raises BadInput naming the picture that cannot be used."""
     from rover.mapping.picture_grid import PictureGrid
 
     grid: PictureGrid | None = None
-    for file in files:
-        binary = binary_picture(file, visible)
+    for file, binary in binaries(sources, visible):
         rows, columns = binary.shape
         grid = grid or PictureGrid(columns * metres_per_pixel, rows * metres_per_pixel, metres_per_pixel)
         try:
@@ -90,7 +92,7 @@ def grid_from_above(files: list[Path], visible: bool, metres_per_pixel: float) -
     return grid
 
 
-def grid_ahead(files: list[Path], visible: bool, camera: str) -> PictureGrid:
+def grid_ahead(sources: Sequence[str], visible: bool, camera: str) -> PictureGrid:
     """The ground that the mounted camera sees, in the axes of base_link. Raises BadInput naming what does not fit."""
     from rover.geometry import Pose2
     from rover.mapping.camera_view import view_polygon
@@ -101,11 +103,22 @@ def grid_ahead(files: list[Path], visible: bool, camera: str) -> PictureGrid:
     outline = view_polygon(model)
     (left, low), (right, high) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
     grid = PictureGrid(right - left, high - low, CAMERA_RESOLUTION_M)
-    for file in files:
-        binary = binary_picture(file, visible)
+    for file, binary in binaries(sources, visible):
         model.check_size(binary.shape, str(file))
         grid.integrate(binary, model, Pose2(-left, -low, 0.0))
     return grid
+
+
+def binaries(sources: Sequence[str], visible: bool) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Name and `binary_picture` of each picture. Raises BadInput."""
+    for source in expanded(sources):
+        if not is_source(source):
+            yield source, binary_picture(Path(source), visible)
+            continue
+        check_end(source)
+        for frame in frames_of(source):
+            name = f"{source}, frame {frame.sequence}"
+            yield name, _standing_out(frame.counts.astype("float32") if visible else frame.kelvin(), visible)
 
 
 def binary_picture(file: Path, visible: bool) -> NDArray[np.bool_]:
@@ -114,20 +127,27 @@ def binary_picture(file: Path, visible: bool) -> NDArray[np.bool_]:
 
     from rover.capture.radiometric import read_thermogram
     from rover.cli.pictures import read_picture, say_frame
-    from rover.mapping.thermal_anomaly import anomalies
-    from rover.mapping.visible_anomaly import visible_anomalies
 
     if visible:
         grey = read_picture(file)
         if grey.dtype != np.uint8:
             raise BadInput(f"{file}: a 16-bit picture: leave out --visible, or give a photograph of 8 bits")
-        return visible_anomalies(grey.astype(np.float32))
+        return _standing_out(grey.astype(np.float32), visible)
     thermogram = read_thermogram(file)
     say_frame(file, thermogram.frames)
-    kelvin = thermogram.kelvin
-    known = np.isfinite(kelvin)
-    strong, _ = anomalies(np.where(known, kelvin, np.float32(np.median(kelvin[known]))))
-    return strong
+    return _standing_out(thermogram.kelvin, visible)
+
+
+def _standing_out(values: NDArray[np.float32], visible: bool) -> NDArray[np.bool_]:
+    import numpy as np
+
+    from rover.mapping.thermal_anomaly import anomalies
+    from rover.mapping.visible_anomaly import visible_anomalies
+
+    if visible:
+        return visible_anomalies(values)
+    known = np.isfinite(values)
+    return anomalies(np.where(known, values, np.float32(np.median(values[known]))))[0]
 
 
 def document(grid: PictureGrid, out: Path) -> dict[str, Any]:

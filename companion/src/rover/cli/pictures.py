@@ -39,7 +39,7 @@ def read_picture(file: Path | str) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """As `rover.capture.picture.read_picture`; of a source that is no picture file, its first frame."""
     from rover.capture.picture import EXTENSIONS, read_picture_of_many
 
-    if _is_source(str(file)) and Path(file).suffix.lower() not in EXTENSIONS:
+    if is_source(str(file)) and Path(file).suffix.lower() not in EXTENSIONS:
         return next(shots([str(file)])).picture
     picture, frames = read_picture_of_many(file)
     say_frame(Path(file), frames)
@@ -58,7 +58,7 @@ def expanded(sources: Sequence[str]) -> list[str]:
 
     found: list[str] = []
     for source in sources:
-        is_folder = not _is_source(source) and Path(source).is_dir()
+        is_folder = not is_source(source) and Path(source).is_dir()
         found += map(str, files_of(source)) if is_folder else [source]
     return found
 
@@ -81,7 +81,7 @@ def shots(sources: Sequence[str]) -> Iterator[Shot]:
 
     for source in expanded(sources):
         place = Path(source)
-        if not _is_source(source) or (place.is_file() and place.suffix.lower() in EXTENSIONS):
+        if not is_source(source) or (place.is_file() and place.suffix.lower() in EXTENSIONS):
             picture, frames = read_picture_of_many(source)
             say_frame(place, frames)
             yield Shot(source, picture)
@@ -102,6 +102,12 @@ def frames_of(source: str) -> Iterator[Frame]:
         say(f"{place}: damaged or cut; what stands before is used")
 
 
+def check_end(source: str) -> None:
+    """Raises BadInput for a live source without a number of pictures."""
+    if is_live(source) and _parted(source)[1]["count"] is None:
+        raise BadInput(f"{source}: a camera has no last picture: say how many, as with ?count=20")
+
+
 def is_live(source: str) -> bool:
     """Whether a source gives pictures as they are taken, without an end."""
     from rover.capture.source import SOURCES, kind_of
@@ -113,8 +119,7 @@ def is_live(source: str) -> bool:
 def _of_source(source: str) -> Iterator[Shot]:
     import numpy as np
 
-    if is_live(source) and _parted(source)[1]["count"] is None:
-        raise BadInput(f"{source}: a camera has no last picture: say how many, as with ?count=20")
+    check_end(source)
     place, options = _parted(source)
     number = options["skip"] or 0
     for frame in frames_of(source):
@@ -123,7 +128,7 @@ def _of_source(source: str) -> Iterator[Shot]:
         yield Shot(f"{place}#{number}", frame.counts.astype(np.uint8) if is_grey else frame.counts)
 
 
-def _is_source(text: str) -> bool:
+def is_source(text: str) -> bool:
     """Whether it is more than the plain path of a picture or folder."""
     from rover.capture.source import kind_of
 

@@ -28,7 +28,7 @@ from rover.vision.registration.hypothesis import (
     supported,
 )
 from rover.vision.registration.matching import MatchSettings, hamming
-from rover.vision.registration.one_scale import Beside, beside
+from rover.vision.registration.one_scale import Beside, beside, zoom_of
 from rover.vision.registration.plausible import astray, impossible, overlap
 from rover.vision.registration.prepared import Picture, Points, Prepared, find_features, prepare
 from rover.vision.registration.refine import refine_from_afar
@@ -92,7 +92,7 @@ def register_near(a: Prepared, b: Prepared, guess: Points, settings: Registratio
     shown = beside(a, b, guess, settings.one_scale)
     inward = refine_from_afar(shown.a, shown.b, shown.inward(guess), settings.refine, COARSE + FINE)
     homography = shown.outward(inward)
-    if impossible(homography, a.shape) or max(_both_overlaps(homography, a, b)) < settings.min_overlap:
+    if impossible(homography, a.shape) or not _shares_enough(homography, a, b, settings):
         return None
     if agreement(shown.a, shown.b, inward, 1) < settings.min_agreement:
         return None
@@ -175,8 +175,8 @@ def _guessed(a: Prepared, b: Prepared, matched: Correspondence, settings: Regist
     if found.homography is None:
         return None
     guess = _better(found.homography, a, b, settings, False)
-    shared = max(_both_overlaps(guess.homography, a, b))
-    return guess if shared >= settings.min_overlap and guess.agreement >= settings.min_agreement else None
+    is_shown = _shares_enough(guess.homography, a, b, settings)
+    return guess if is_shown and guess.agreement >= settings.min_agreement else None
 
 
 def _accepted(
@@ -199,7 +199,7 @@ def _accepted(
         homography, alike, exact = found.homography, guess.agreement, found
     if impossible(homography, a.shape):
         return refused(impossible(homography, a.shape), matched, exact.inliers)
-    if max(_both_overlaps(homography, a, b)) < settings.min_overlap:
+    if not _shares_enough(homography, a, b, settings):
         return refused("the pictures overlap too little", matched, exact.inliers)
     if alike < settings.min_agreement:
         return refused("the pictures differ where they overlap", matched, exact.inliers)
@@ -227,6 +227,15 @@ def _accepted_similarity(
     close = apart <= tolerance
     forgiven = replace(matched, clustered_a=matched.all_a[close], clustered_b=matched.all_b[close])
     return replace(supported(homography, forgiven, settings), agreement=alike)
+
+
+def _shares_enough(homography: Points, a: Prepared, b: Prepared, settings: RegistrationSettings) -> bool:
+    """Each picture shows enough of the other; of two scales, the coarser one most of the finer."""
+    shared = _both_overlaps(homography, a, b)
+    zoom = zoom_of(homography, a.shape)
+    if 1.0 / settings.one_scale <= zoom <= settings.one_scale:
+        return min(shared) >= settings.min_overlap
+    return max(shared) >= settings.min_overlap_zoomed
 
 
 def _both_overlaps(homography: Points, a: Prepared, b: Prepared) -> tuple[float, float]:

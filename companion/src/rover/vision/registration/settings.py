@@ -34,7 +34,8 @@ class RegistrationSettings:
     one_scale: factor by which the pictures' scales may differ before the finer one is made smaller.
     min_kept: share of as many matches as before that must agree after the refinement; with fewer it is not used.
     rival: share of as many matches that may agree with another place: of two windows that look alike, which is it?
-    min_overlap: share of A that must lie in B, or of B in A: beyond, the homography is a guess.
+    min_overlap: share of each picture that must lie in the other: beyond, the homography is a guess.
+    min_overlap_zoomed: where their scales differ by more than `one_scale`, of the finer picture in the coarser.
     min_agreement: see `agreement`.
     coarse: of the way by a similarity: how far a match may lie from where it is put, a share of B's width;
     coarse_inliers: matches that must agree so far; coarse_rival: share of as many that may agree with something
@@ -70,6 +71,7 @@ class RegistrationSettings:
     min_kept: float = 0.6
     rival: float = 0.5
     min_overlap: float = 0.4
+    min_overlap_zoomed: float = 0.6
     min_agreement: float = 0.5
     coarse: float = 0.0125
     coarse_inliers: int = 10

@@ -92,11 +92,12 @@ def verdict_of(
     area = mission.area.width * mission.area.height
     outline = mission.area.polygon
     mines = [mine for mine in ground.mines if not outline or inside(outline, (mine.x, mine.y))]
+    told = [each for each in detections if not outline or inside(outline, (float(each["x"]), float(each["y"])))]
     return {
         "duration_s": rig.now_us / 1e6,
         **rig.verdict(),
         **judge_zones(truth, zones),
-        **judge_mines(truth, mines, detections, area),
+        **judge_mines(truth, mines, told, area),
         **judge_coverage(mission, ground, rig.seen()),
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rover.link.words import MotorState, StopCause
+from rover.link.words import FaultCode, MotorState, StopCause
 from rover.mission.progress import END_AFTER_S, LOOK_AFTER_S, MAX_IDLE_DRIVES, MAX_LOOKS, Duty, Progress
 from rover.outcome import RunStatus
 
@@ -20,6 +20,8 @@ ANYTHING = {
     "speaks": (True, True, True, False),
     "state": (*[MotorState.ARMED] * 6, *MotorState),
     "cause": (*[StopCause.SONAR_GUARD] * 3, *StopCause),
+    "faults": (*[()] * 6, *((fault.value,) for fault in FaultCode)),
+    "volts": (7.6, 7.6, 7.6, 6.25),
 }
 
 

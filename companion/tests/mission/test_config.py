@@ -126,6 +126,13 @@ def test_a_wrong_site_is_one_line(write: Write, lines: str, says: str) -> None:
     assert refusal(write(SMALL + "[site]\n" + lines + "\n")) == says
 
 
+def test_a_mission_may_do_without_wheels_and_not_without_frames(write: Write) -> None:
+    assert load(write(SMALL)).sources == ("wheels", "frames")
+    assert load(write(with_key("localization", 'sources = ["frames"]'))).sources == ("frames",)
+    for wrong in ('["wheels"]', "[]", '["frames", "gps"]', '"frames"'):
+        assert "[localization] sources" in refusal(write(with_key("localization", f"sources = {wrong}")))
+
+
 def test_the_shipped_demo_is_known_by_its_bare_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     assert load("demo") == load(SHIPPED / "demo.toml")

@@ -241,7 +241,8 @@ def _localization(survey: Survey, track: Track, out: Path) -> Localization:
     with suppress(BadInput):
         truth = read_tum(out / "truth.tum")
         fused = absolute_trajectory_error(track.fused, truth)
-        wheels = absolute_trajectory_error(track.wheels, truth)
+        if "wheels" in survey.mission.sources:
+            wheels = absolute_trajectory_error(track.wheels, truth)
         relative, inside = relative_error(track.among_things, truth, 0.5 * survey.vehicle.track_width)
     return Localization(
         ate_rmse=fused,

@@ -34,12 +34,16 @@ MAX_SIDE_M = 100.0
 # An outline around less encloses no room for the rover.
 MIN_AREA_M2 = 0.25
 
+# What tells the rover where it is: frames always do.
+SOURCES = ("wheels", "frames")
+
 SECTIONS = {
     "mission": ("name", "time_of_day", "max_duration_s", "goals", "required_coverage", "return_home"),
     "site": ("name", "organisation", "operator", "origin", "bearing_deg"),
     "area": ("width_m", "height_m", "polygon", "exclude", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
     "rover": ("vehicle", "camera", "camera_source", "preprocess", "cruise_speed_m_s", "baud"),
+    "localization": ("sources",),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
     "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
 }
@@ -121,6 +125,7 @@ class Mission:
     rover: RoverSettings
     detector: DetectorSettings
     field: FieldSettings
+    sources: tuple[str, ...] = SOURCES
 
 
 def load(path: str | Path) -> Mission:
@@ -157,6 +162,7 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
         area=area,
         launch=launch,
         rover=rover,
+        sources=_sources(tables["localization"]),
         detector=_detector(tables["detector"], file),
         field=_field(tables["field"], area),
     )
@@ -254,6 +260,13 @@ def _rover(table: Table, file: Path) -> RoverSettings:
         cruise_speed=table.number("cruise_speed_m_s", 0.05, vehicle.travel.speed, min(0.25, vehicle.travel.speed)),
         baud=table.integer("baud", 9_600, 4_000_000, DEFAULT_BAUD),
     )
+
+
+def _sources(table: Table) -> tuple[str, ...]:
+    named = table.choices("sources", SOURCES, SOURCES)
+    if "frames" not in named:
+        raise table.error("sources", 'needs "frames": wheels alone lose their way within metres')
+    return named
 
 
 def _detector(table: Table, file: Path) -> DetectorSettings:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -73,7 +74,10 @@ class Perception:
         area = mission.area
         self.vehicle = vehicle
         self.camera = camera
-        settings = LocalizerSettings(track_width=vehicle.track_width)
+        # On frames alone wheels only tell that the rover moves, and what time it is.
+        self._by_wheels = "wheels" in mission.sources
+        motion: Literal["wheels", "frames"] = "wheels" if self._by_wheels else "frames"
+        settings = LocalizerSettings(motion=motion, track_width=vehicle.track_width)
         settings = replace(settings, preprocess=with_steps(settings.preprocess, mission.rover.preprocess))
         self.localizer = Localizer(camera, mission.launch.pose, LAUNCH_SIGMA, settings, known=known)
         self.grid = SurveyGrid(area.width, area.height)
@@ -90,6 +94,7 @@ class Perception:
         self._area = (area.width, area.height)
         self._counts: tuple[int, int] | None = None
         self._moving = False
+        self._time = 0.0
         self._shown = self._shown_before = 0  # frames that showed ground: the shutter open, the place known
         self._footprint = self.grid.view_polygon(camera)
         # How the submaps lay in map when they were looked at last, and in which of them the rover was.
@@ -103,7 +108,7 @@ class Perception:
     @property
     def pose(self) -> Pose2:
         """Where the rover believes to be, in map."""
-        return self.localizer.pose
+        return self.localizer.pose if self._by_wheels else self.localizer.pose_at(self._time)
 
     @property
     def sigma(self) -> float:
@@ -168,8 +173,10 @@ class Perception:
             if self._counts is not None:
                 scale = self.vehicle.metres_per_count
                 left, right = event.left_counts - self._counts[0], event.right_counts - self._counts[1]
-                self.localizer.predict(event.time, left * scale, right * scale)
+                if self._by_wheels:
+                    self.localizer.predict(event.time, left * scale, right * scale)
                 self._moving = max(abs(left), abs(right)) * scale > STANDING
+            self._time = event.time
             self._counts = (event.left_counts, event.right_counts)
         elif isinstance(event, SonarRange) and event.status != SonarStatus.DEAD:
             pose = self.localizer.inside(self.localizer.pose_at(event.time))

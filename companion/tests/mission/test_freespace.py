@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from rover.geometry import Pose2
 from rover.mission.config import Area, Launch
-from rover.mission.freespace import CHECK_TOLERANCE, MARGIN, RIM, FreeSpace, disc_mask, free_space
+from rover.mission.freespace import CHECK_TOLERANCE, MARGIN, FreeSpace, disc_mask, free_space
 from rover.mission.keepout import MINE_RADIUS_M, Zone
 from rover.vehicle import STANDARD, Vehicle
 
@@ -182,11 +182,3 @@ def test_the_planner_agrees_that_the_rover_can_stand_on_every_free_cell(seed: in
     rows, columns = np.nonzero(ground.free)
     centres = (np.column_stack([columns, rows]) + 0.5) * RESOLUTION
     assert (ground.field().clearance(centres) >= ground.radius - 1e-9).all()
-
-
-def test_what_is_found_to_stand_is_kept_off_by_its_rim_too_and_what_was_given_is_as_wide_as_said() -> None:
-    found = disc_mask(SHAPE, RESOLUTION, 1.0, 1.0, 0.1)
-    reach = 0.1 + RADIUS + MARGIN + 0.5 * RIM
-    assert not at(space(occupied=found).free, 1.0 + reach, 1.0)
-    assert at(space(obstacles=((1.0, 1.0, 0.1),)).free, 1.0 + reach + RESOLUTION, 1.0)
-    assert at(space(occupied=found).free, 1.0 + reach + RIM + 2.0 * RESOLUTION, 1.0)

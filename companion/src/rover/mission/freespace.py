@@ -29,8 +29,8 @@ Mask = NDArray[np.bool_]
 # What the map may be wrong by: localization (usually under 1 cm) and a cell.
 MARGIN = 0.025
 
-# What is found to stand is wider than what is seen of it: the rim of a tuft is a few blades, metres.
-RIM = 0.02
+# By how much more what is found to stand is kept off, metres: 2 cm closed passages that are wide enough.
+RIM = 0.0
 
 # What a wheel stays away from a zone beyond MARGIN: a zone may be drawn beside a path that is driven already, where
 # MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).

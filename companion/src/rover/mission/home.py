@@ -14,8 +14,10 @@ from rover.planning.planner import plan
 
 # Nearer than this to the launch the rover is at home, metres.
 AT_HOME_M = 0.15
-# Times that a way back is planned: it may be found blocked while it is driven.
+# Times that a way back is planned without coming nearer: it may be found blocked while it is driven.
 MAX_WAYS = 8
+# Less than this is not nearer, metres.
+MIN_NEARER_M = 0.1
 # Way back per straight metre, where nobody has looked yet for a way.
 DETOUR = 1.6
 
@@ -35,6 +37,8 @@ class WayHome:
         self._launch = launch
         self._seed = seed
         self.ways = 0
+        self._fruitless = 0
+        self._nearest_m = float("inf")
 
     def reached(self, pose: Pose2) -> bool:
         """True when the rover stands at the launch."""
@@ -47,11 +51,15 @@ class WayHome:
     @property
     def given_up(self) -> bool:
         """True when no further way is to be tried."""
-        return self.ways >= MAX_WAYS
+        return self._fruitless >= MAX_WAYS
 
     def path(self, space: FreeSpace, pose: Pose2) -> NDArray[np.float64] | None:
         """A polyline (N, 2) over free ground to the launch, or to within AT_HOME_M of it; None when there is none."""
+        distance = pose.distance(self._launch)
+        if distance < self._nearest_m - MIN_NEARER_M:
+            self._fruitless, self._nearest_m = 0, distance
         self.ways += 1
+        self._fruitless += 1
         goals = [(self._launch.x, self._launch.y), *_around(self._launch)]
         for goal in goals:
             found = plan(

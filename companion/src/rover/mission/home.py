@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from rover.planning.planner import plan
 AT_HOME_M = 0.15
 # Times that a way back is planned without coming nearer: it may be found blocked while it is driven.
 MAX_WAYS = 8
+# What the way keeps off obstacles beyond what must be, where there is room, metres: their edges come and go by a cell.
+ROOM_M = (0.04, 0.0)
 # Less than this is not nearer, metres.
 MIN_NEARER_M = 0.1
 # Way back per straight metre, where nobody has looked yet for a way.
@@ -61,12 +64,12 @@ class WayHome:
         self.ways += 1
         self._fruitless += 1
         goals = [(self._launch.x, self._launch.y), *_around(self._launch)]
-        for goal in goals:
+        for room, goal in product(ROOM_M, goals):
             found = plan(
                 space.field(),
                 (pose.x, pose.y),
                 [goal],
-                robot_radius=space.radius,
+                robot_radius=space.radius + room,
                 seed=self._seed + self.ways,
                 iterations=PLAN_ITERATIONS,
                 start_recovery_m=START_ESCAPE,

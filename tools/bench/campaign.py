@@ -19,8 +19,6 @@ from rover.record.tum import read_tum
 from rover.vehicle import STANDARD
 from rover_hil.referee import FAIR_CONTRAST_K
 
-from tools.evaluate.figures import binomial, poisson, table
-
 
 @dataclass(frozen=True)
 class Run:
@@ -52,6 +50,8 @@ def read_run(folder: Path) -> Run | None:
 
 def report(runs: list[Run]) -> str:
     """Markdown."""
+    from tools.evaluate.figures import binomial, poisson, table  # they need scipy, which `rover` itself does without
+
     count = len(runs)
 
     def share(hit: Any) -> str:

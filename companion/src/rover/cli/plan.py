@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 HELP = """Plan a path from a start through goals.
 
 FILE is a field of circles (.toml), a map_server map (.yaml) or a MovingAI map (.map); unknown ground is blocked unless
---unknown free. Points are X,Y in metres. Goals are visited as given unless --any-order. Without --budget-ms the first
-solution is returned, after shortcuts; a budget never makes a plan longer. Exit code 4 when a goal cannot be reached.
+--unknown free. Points are X,Y in metres. Goals are visited as given unless --any-order. Without --budget-ms planning
+ends with what the algorithm finds at once; a budget never makes a plan longer. Exit code 4 when a goal cannot be
+reached.
 
 \b
 Algorithms:

@@ -14,6 +14,11 @@ from rover.bounds import check_pixels
 from rover.errors import BadInput
 from rover.plain_file import plain_file
 
+# What Pillow says of a file that ends early, by the format and the place; the last is a JPEG without its scan.
+CUT = ("truncated", "not enough", "reached eof", "cannot load this image")
+
+PNG_END = b"IEND\xaeB`\x82"
+
 
 @dataclass(frozen=True, eq=False)
 class Shades:
@@ -30,11 +35,15 @@ def read_shades(path: Path) -> Shades:
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # check_pixels bounds it
+            warnings.simplefilter("ignore")  # check_pixels bounds the size; what is damaged gets one line
             picture = Image.open(plain_file(path))
-        check_pixels(picture.width, picture.height, str(path))
-        _check_maximum(picture, path)
-        return _shades(picture)
+            check_pixels(picture.width, picture.height, str(path))
+            _check_maximum(picture, path)
+            shades = _shades(picture)
+        _check_end(picture, path)
+        return shades
+    except BadInput:  # is a ValueError, too
+        raise
     except UnidentifiedImageError as error:
         raise BadInput(f"{path}: not a readable picture") from error
     except Image.DecompressionBombError as error:
@@ -42,7 +51,7 @@ def read_shades(path: Path) -> Shades:
     except (OSError, SyntaxError, ValueError, EOFError) as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise BadInput(f"{path}: {error.strerror}") from error
-        cut = isinstance(error, EOFError) or "truncated" in str(error) or "not enough" in str(error)
+        cut = isinstance(error, EOFError) or any(words in str(error).lower() for words in CUT)
         raise BadInput(f"{path}: the picture is cut" if cut else f"{path}: not a readable picture: {error}") from error
 
 
@@ -67,3 +76,9 @@ def _check_maximum(picture: ImageFile.ImageFile, path: Path) -> None:
     values = np.fromfile(path, ">u2" if maximum > 255 else "u1", offset=tile.offset)
     if values.size and values.max() > maximum:
         raise BadInput(f"{path}: holds {values.max()}, above the maximum {maximum} that it states")
+
+
+def _check_end(picture: ImageFile.ImageFile, path: Path) -> None:
+    """Pillow is content with a PNG whose last rows are there without their checksum: nobody knows them to be right."""
+    if picture.format == "PNG" and PNG_END not in path.read_bytes():
+        raise BadInput(f"{path}: the picture is cut")

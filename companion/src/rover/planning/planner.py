@@ -41,9 +41,9 @@ def plan(
     "rrt", "rrt-star" and "goal-seeking" plan goal by goal (section 3.5: each goal becomes the next start), "multi-goal"
     grows one tree towards all goals (figure 3). The paper's equations 12 to 15 are cited in the native source.
 
-    Without `iterations` and `budget_ms` the first solution is returned, after shortcuts. With them it is improved, and
-    more is never worse. `iterations`: so many tree extensions and shortcut attempts more; the same seed gives the same
-    path. `budget_ms`: until so much time is over by the clock, which is not repeatable.
+    Without `iterations` and `budget_ms` planning ends with what the algorithm finds at once, simplified. With them that
+    is improved, and more is never worse. `iterations`: so many tree extensions and shortcut attempts more; the same
+    seed gives the same path. `budget_ms`: until so much time is over by the clock, which is not repeatable.
 
     `any_order` lets the planner choose the order (exact up to 12 goals). `start_recovery_m`: how far a start that is
     nearer to an obstacle than the radius may be moved away from it first, with clearance growing all the way.

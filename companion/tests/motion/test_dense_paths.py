@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 import os
+import time
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +110,63 @@ def test_a_walk_of_three_hundred_corners_does_not_stop_at_all_of_them_for_the_sa
     assert len(checked.stretches) < 5
     assert checked.trajectory.duration < 1.4 * length / 0.25
     assert exceeded(checked.trajectory.segments) == set()
+
+
+def sine(step, noise=0.0):
+    x = np.arange(0.0, 9.0, step)
+    return np.column_stack([x, 0.6 * np.sin(2.0 * math.pi * x / 3.0)]) + noise * np.random.default_rng(31).normal(
+        size=(len(x), 2)
+    )
+
+
+def spiral(step, turns=4, pitch=0.25):
+    angle = 2.0 * math.pi * np.sqrt(np.linspace(0.05, turns**2, int(math.pi * turns**2 * pitch / step)))
+    return (0.3 + pitch * angle / (2.0 * math.pi))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def mower(rows, length, gap):
+    ends = np.tile([0.0, length, length, 0.0], rows // 2)
+    return np.column_stack([ends, gap * np.repeat(np.arange(rows), 2)])
+
+
+def grid_stairs(cell, run):
+    number = np.arange(300)
+    return cell * np.column_stack([run * ((number + 1) // 2), number // 2])
+
+
+@pytest.mark.parametrize(
+    ("path", "most"),
+    [
+        *((sine(step), 1.05) for step in (0.0005, 0.004, 0.02, 0.05)),
+        (sine(0.03, 0.003), 1.05),
+        *((spiral(step), 1.05) for step in (0.002, 0.01, 0.04)),
+        *((grid_stairs(cell, run), 1.05) for cell in (0.005, 0.02, 0.05) for run in (1, 2)),
+        *((grid_stairs(0.04 / (1 + run) * share, run), 1.05) for run in (1, 2, 3) for share in (0.99, 1.0, 2.0)),
+        (mower(60, 6.3, 0.45), 1.15),
+        (mower(40, 3.0, 0.3), 1.3),
+    ],
+)
+def test_a_shape_is_driven_at_its_own_pace_without_a_stop(path, most):
+    checked = plan_checked(path, LIMITS)
+    length = sum(stretch.length for stretch in checked.stretches)
+    assert len(checked.stretches) == 1
+    assert length <= np.hypot(*np.diff(path, axis=0).T).sum() * 1.001
+    assert checked.trajectory.duration <= most * (length / 0.25 + RAMPS)
+    assert exceeded(checked.trajectory.segments) == set()
+
+
+def test_three_hundred_rows_of_a_mower_are_no_worse_than_thirty():
+    """Errors of the segments' integers do not add up over 2 km, and processor time grows as the points do."""
+    pace, seconds = [], []
+    for rows in (30, 300):
+        began = time.process_time()
+        checked = plan_checked(mower(rows, 6.3, 0.45), LIMITS)
+        seconds.append(time.process_time() - began)
+        pace.append(checked.trajectory.duration / sum(stretch.length for stretch in checked.stretches))
+        assert len(checked.stretches) == 1
+        assert checked.deviation <= 0.0501
+    assert pace[1] < 1.02 * pace[0]
+    assert seconds[1] < 20.0 * seconds[0] + 0.2
 
 
 @given(st.integers(0, 100_000), st.floats(0.02, 0.3), st.floats(0.01, 0.15))

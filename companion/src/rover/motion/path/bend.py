@@ -30,8 +30,9 @@ MIN_WINDOW_SHARE = 0.12
 MAX_WINDOW_SLOPE = 0.5
 # Share of the tolerance that windows are chosen with: smoothing their sizes widens some again.
 TOLERANCE_SHARE = 0.95
-# Distance of the places where windows are chosen, as a share of the widest.
-SAMPLE_SHARE = 0.05
+# Distance of the places where windows are chosen, as a share of the widest, and the share of it that they differ by
+# among many vertices: equal steps would meet stairs of the same period always at the same phase.
+SAMPLE_SHARE, UNEVEN = 0.05, 0.5
 # What the third derivative of heading is taken to be more between nodes than that of the average.
 RIPPLE = 1.4
 # Distance of nodes as a share of the window there, and at most.
@@ -150,11 +151,12 @@ def _axis(runs: Sequence[Run], widest: float) -> tuple[average.Axis, list[float]
 
 
 def _places(run: Run, widest: float) -> Array:
-    """Arc lengths at which the window is chosen: equal steps, and the vertices where they are few."""
+    """Arc lengths at which the window is chosen: steps, and the vertices where they are few."""
     way = run.way()
     step = SAMPLE_SHARE * widest
     even = np.linspace(0.0, way[-1], max(3, math.ceil(way[-1] / step) + 1))
     if len(way) > len(even):
+        even[1:-1] += UNEVEN * (even[1] - even[0]) * (np.arange(1, len(even) - 1) * 0.618 % 1.0 - 0.5)  # golden ratio
         return even
     found = np.union1d(even, way)
     keep = np.concatenate([[True], np.diff(found) > 1e-9])

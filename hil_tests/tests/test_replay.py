@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -68,7 +69,7 @@ def test_a_firmware_of_another_commit_is_named(
     log: Path, replayed: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = tmp_path / "rover-sitl"
-    other.write_text(f'#!/bin/sh\nexec {find_binary()} --git-hash 0badcafe "$@"\n')
+    other.write_text(f'#!/bin/sh\nexec {shlex.quote(str(find_binary()))} --git-hash 0badcafe "$@"\n')
     other.chmod(0o755)
     monkeypatch.setenv("ROVER_SITL", str(other))
     code, result = replayed(log)

@@ -43,7 +43,7 @@ def test_lockstep_chunks_end_at_the_marks_and_carry_their_times(pty: PseudoTermi
 
 def test_frames_are_lines_of_text_and_every_character_is_counted(pty: PseudoTerminal) -> None:
     transport = LockstepBus(CanPort("slcan", pty.name))
-    opening = pty.read(100)
+    opening = pty.read_exactly(10, timeout=2.0)  # python-can writes it command by command
     assert opening == b"C\rS6\r\rO\rO\r"
     transport.send(messages.Arm.ID, messages.Arm.pack(token=0x0107, session=0x2233))
     line = pty.read(100)

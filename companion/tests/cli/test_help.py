@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import subprocess
 import sys
 
@@ -64,6 +65,6 @@ def test_completion_offers_the_commands():
 
 
 def test_a_reader_that_stops_reading_is_no_error():
-    line = f"{sys.executable} -c 'from rover.cli.main import main; main()' --help"
+    line = f"{shlex.quote(sys.executable)} -c 'from rover.cli.main import main; main()' --help"
     done = subprocess.run(["sh", "-c", f"({line}; echo $? >&2) | true"], capture_output=True, text=True, timeout=30)
     assert done.stderr in ("0\n", "")

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from rover.mapping.camera_view import MAX_SEEN_RANGE
 from rover.mission.area_masks import entered, wanted
 from rover.mission.config import Mission
-from rover.mission.freespace import MARGIN, ZONE_MARGIN, disc_mask
-from rover.mission.keepout import MINE_RADIUS_M
+from rover.mission.freespace import MARGIN, core_radius, disc_mask, eroded
+from rover.mission.targets import START_ESCAPE
 from rover.mission.visible import visible_from
 
 from rover_hil.ground import Ground
@@ -29,8 +29,6 @@ CELL = 0.02
 SEEN_CELL = 0.01
 """Of the plant's raster of seen ground, which reaches SEEN_MARGIN beyond the area."""
 SEEN_MARGIN = 0.5
-ESCAPE = 0.15
-"""A rover that is set down nearer to an obstacle than it keeps drives out, metres; as in `rover.mission.targets`."""
 
 
 def judge_coverage(mission: Mission, ground: Ground, seen: Mask) -> dict[str, Any]:
@@ -50,8 +48,8 @@ def visible_ground(
 ) -> Mask:
     """Cells (rows, columns) of the area to survey that a careful rover can bring into view."""
     vehicle, launch = mission.rover.vehicle, mission.launch
-    rim = mission.detector.keepout_radius + ZONE_MARGIN - (vehicle.radius - vehicle.wheel_reach)
-    blocked = obstacles | _discs(shape, [(x, y, max(rim, MINE_RADIUS_M)) for x, y in mines])
+    core = core_radius(mission.detector.keepout_radius, vehicle)
+    blocked = obstacles | _discs(shape, [(x, y, core) for x, y in mines])
     blocked |= ~entered(mission.area, launch, shape, CELL)
     reached = _reached(blocked, vehicle.radius + MARGIN, (launch.pose.x, launch.pose.y))
     found = visible_from(reached, obstacles, MAX_SEEN_RANGE, CELL)
@@ -62,13 +60,11 @@ def visible_ground(
 
 def _reached(blocked: Mask, radius: float, start: tuple[float, float]) -> Mask:
     """Where a disc can go from the start without touching what is blocked, or the border."""
-    room = np.pad(~blocked, 1).astype(np.uint8)
-    distance = cv2.distanceTransform(room, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
-    free = (distance - math.sqrt(0.5)) * CELL >= radius
+    free = eroded(blocked, CELL, radius)
     _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=8)
     rows, columns = np.nonzero(free)
     away = np.hypot((rows + 0.5) * CELL - start[1], (columns + 0.5) * CELL - start[0])
-    if not away.size or away.min() > ESCAPE:
+    if not away.size or away.min() > START_ESCAPE:
         return np.zeros_like(blocked)
     nearest = int(np.argmin(away))
     return np.asarray(labels == labels[rows[nearest], columns[nearest]]) & free

@@ -73,11 +73,8 @@ class Row:
     status: RunStatus = RunStatus.SAFETY_STOP
 
 
-TAKEN_BACK, GOES, REFUSED = AtStart.TAKEN_BACK, AtStart.GOES, AtStart.REFUSED
-NOTE, SLOW, WAIT, HOME, END, REARM = (
-    *(Driving.NOTE, Driving.SLOW, Driving.WAIT),
-    *(Driving.HOME, Driving.END, Driving.REARM),
-)
+TAKEN_BACK, GOES, REFUSED = AtStart
+NOTE, SLOW, WAIT, HOME, END, REARM = Driving
 
 FIRMWARE: dict[FaultCode, Row] = {
     FaultCode.DEAD_MAN: Row(TAKEN_BACK, REARM, "the firmware heard nothing from the companion"),

@@ -29,9 +29,6 @@ Mask = NDArray[np.bool_]
 # What the map may be wrong by: localization (usually under 1 cm) and a cell.
 MARGIN = 0.025
 
-# By how much more what is found to stand is kept off, metres: 2 cm closed passages that are wide enough.
-RIM = 0.0
-
 # What a wheel stays away from a zone beyond MARGIN: a zone may be drawn beside a path that is driven already, where
 # MARGIN less CHECK_TOLERANCE and a cell's rounding would not cover what localization is off by at its worst (0.016 m).
 ZONE_MARGIN = 0.02
@@ -93,10 +90,7 @@ def free_space(
     """Puts together what forbids ground, all over the map."""
     where = Rectangle(0, 0, *seen.shape)
     may_enter = entered(area, launch, seen.shape, resolution)
-    rim = with_rim(occupied, resolution)
-    solid, blocked = forbidden(
-        where, occupied, rim, seen, may_enter, resolution, zones, area.obstacles, launch, vehicle
-    )
+    solid, blocked = forbidden(where, occupied, seen, may_enter, resolution, zones, area.obstacles, launch, vehicle)
     radius = vehicle.radius + MARGIN
     return FreeSpace(blocked, eroded(blocked, resolution, radius), solid, resolution, radius, where)
 
@@ -104,7 +98,6 @@ def free_space(
 def forbidden(
     where: Rectangle,
     occupied: Mask,
-    rim: Mask,
     seen: Mask,
     may_enter: Mask,
     resolution: float,
@@ -118,28 +111,18 @@ def forbidden(
     solid = occupied.copy()
     for x, y, r in obstacles:
         _add_disc(solid, where, resolution, x, y, r)
-    blocked = solid | rim | ~shown | ~may_enter
+    blocked = solid | ~shown | ~may_enter
     for zone in zones:
-        _add_disc(blocked, where, resolution, zone.x, zone.y, core_radius(zone, vehicle))
+        _add_disc(blocked, where, resolution, zone.x, zone.y, core_radius(zone.radius, vehicle))
     return solid, blocked
 
 
-def rim_cells(resolution: float) -> int:
-    """How many cells the rim of what is occupied is wide."""
-    return round(RIM / resolution)
-
-
-def with_rim(occupied: Mask, resolution: float) -> Mask:
-    """What is occupied and the rim around it."""
-    return cv2.dilate(occupied.astype(np.uint8), np.ones((2 * rim_cells(resolution) + 1,) * 2, np.uint8)).astype(bool)
-
-
-def core_radius(zone: Zone, vehicle: Vehicle) -> float:
-    """What of a zone nothing of the rover may touch, metres.
+def core_radius(zone_radius: float, vehicle: Vehicle) -> float:
+    """How much of a zone nothing of the rover may touch, metres.
 
     Wheels stay out of a zone; the hull, which carries nothing, may reach over its rim but not over the mine.
     """
-    return max(zone.radius + ZONE_MARGIN - (vehicle.radius - vehicle.wheel_reach), MINE_RADIUS_M)
+    return max(zone_radius + ZONE_MARGIN - (vehicle.radius - vehicle.wheel_reach), MINE_RADIUS_M)
 
 
 def keep_off(space: FreeSpace, discs: NDArray[np.float64]) -> FreeSpace:

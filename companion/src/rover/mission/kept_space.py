@@ -25,8 +25,6 @@ from rover.mission.freespace import (
     eroded,
     forbidden,
     rectangle_of,
-    rim_cells,
-    with_rim,
 )
 from rover.mission.keepout import Zone
 from rover.vehicle import Vehicle
@@ -68,7 +66,7 @@ class KeptSpace:
         # One cell less is not worth the work: it would be taken back and forth.
         if border > self._border or border < self._border - 1:
             self._border, self._discs = border, None
-        discs = {(zone.x, zone.y, core_radius(zone, self._vehicle)) for zone in zones} | set(area.obstacles)
+        discs = {(zone.x, zone.y, core_radius(zone.radius, self._vehicle)) for zone in zones} | set(area.obstacles)
         changed = self._grid.changes()
         if self._discs is None:
             changed = [self._grid.area]
@@ -79,17 +77,13 @@ class KeptSpace:
             self._update(where, zones, area)
         return self._space
 
-    def _update(self, changed: Rectangle, zones: list[Zone], area: Area) -> None:
+    def _update(self, where: Rectangle, zones: list[Zone], area: Area) -> None:
         grid, space = self._grid, self._space
-        rim = rim_cells(grid.resolution)
-        where = changed.grown(rim).within(grid.area)
-        halo = where.grown(rim).within(grid.area)
         at = where.slices(grid.area)
         may_enter = self._may_enter(where, area)
         space.occluders[at], space.blocked[at] = forbidden(
             where,
             grid.occupied[at],
-            with_rim(grid.occupied[halo.slices(grid.area)], grid.resolution)[where.slices(halo)],
             grid.seen[at],
             may_enter,
             grid.resolution,
@@ -102,7 +96,6 @@ class KeptSpace:
         around = reached.grown(self._reach).within(grid.area)
         free = eroded(space.blocked[around.slices(grid.area)], grid.resolution, space.radius)
         space.free[reached.slices(grid.area)] = free[reached.slices(around)]
-
 
     def _may_enter(self, where: Rectangle, area: Area) -> Mask:
         grid = self._grid

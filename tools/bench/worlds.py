@@ -65,11 +65,10 @@ def by_class(runs: list[Driven]) -> list[dict[str, Any]]:
 
 
 def _counted(by: str, what: str, hits: list[bool]) -> dict[str, Any]:
-    from scipy import stats  # `rover` itself does without it
+    from tools.evaluate.figures import binomial_interval  # it needs scipy, which `rover` itself does without
 
     found, mines = sum(hits), len(hits)
-    low = float(stats.beta.ppf(0.025, found, mines - found + 1)) if found else 0.0
-    high = float(stats.beta.ppf(0.975, found + 1, mines - found)) if found < mines else 1.0
+    low, high = binomial_interval(found, mines)
     return {"by": by, "what": what, "mines": mines, "found": found, "low": round(low, 3), "high": round(high, 3)}
 
 

@@ -25,12 +25,18 @@ def precision_recall(truth: NDArray[np.bool_], answer: NDArray[np.bool_]) -> tup
     return hits / max(float(answer.sum()), 1.0), hits / max(float(truth.sum()), 1.0)
 
 
+def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
+    """Exact 95 % interval of a share (Clopper and Pearson)."""
+    low = float(stats.beta.ppf(0.025, hits, trials - hits + 1)) if hits else 0.0
+    high = float(stats.beta.ppf(0.975, hits + 1, trials - hits)) if hits < trials else 1.0
+    return low, high
+
+
 def binomial(hits: int, trials: int) -> str:
-    """Share with its exact 95 % interval (Clopper and Pearson)."""
+    """Share with its exact 95 % interval."""
     if not trials:
         return "–"
-    low = stats.beta.ppf(0.025, hits, trials - hits + 1) if hits else 0.0
-    high = stats.beta.ppf(0.975, hits + 1, trials - hits) if hits < trials else 1.0
+    low, high = binomial_interval(hits, trials)
     return f"{hits / trials:.2f} [{low:.2f}, {high:.2f}]"
 
 

@@ -52,6 +52,9 @@ class Plant:
     def pose(self) -> tuple[float, float, float]:
         """True pose: x, y, heading (unwrapped)."""
 
+    def attitude(self) -> tuple[float, float]:
+        """How the rover leans: roll (left side up) and pitch (nose down), radians."""
+
     def encoders(self) -> tuple[int, int]:
         """x4 quadrature counts."""
 

@@ -157,3 +157,28 @@ def test_a_frame_takes_two_milliseconds_or_so() -> None:
     for _ in range(20):
         plant.scene(2.0, 2.0, 0.0)
     assert (time.process_time() - start) / 20 < 0.010
+
+
+def test_a_leaning_rover_sees_the_ground_that_its_turned_rays_meet() -> None:
+    """Nose 0.05 rad down and left side 0.03 rad up: the rays turn, and the lens moves with the mast."""
+    plant = make_plant(temperature=slope_temperature(), camera=camera_config(load_camera("lepton-160")) | QUIET_CAMERA)
+    plant.set_fault("pitched", 0, 0.05)
+    plant.set_fault("rolled", 0, 0.03)
+    assert plant.attitude() == (0.03, 0.05)
+    cr, sr, cp, sp = math.cos(0.03), math.sin(0.03), math.cos(0.05), math.sin(0.05)
+    roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    rotation = pitch @ roll
+    focal = 80 / math.tan(math.radians(28.5))
+    rays = pixel_rays(160, 120, focal, focal) @ rotation.T
+    lens = rotation @ np.array([0.0, 0.0, 0.75])
+    reach = lens[2] / -rays[:, 2]
+    x, y = 2.0 + lens[0] + rays[:, 0] * reach, 2.0 + lens[1] + rays[:, 1] * reach
+    for _ in range(120):
+        plant.step(0.0, 0.0, False)
+    (frame,) = plant.take_frames()
+    seen = np.frombuffer(frame[4], dtype="<u2") / 100.0
+    inside = (x > -0.9) & (x < 4.9) & (y > -0.9) & (y < 4.9)
+    expected = 300.0 + KELVIN_PER_X * x + KELVIN_PER_Y * y
+    assert inside.mean() > 0.9
+    assert np.abs(seen - expected)[inside].max() < 0.011

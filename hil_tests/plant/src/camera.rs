@@ -1,8 +1,8 @@
 //! The thermal camera: rays through the lens to the ground, and what the sensor makes of their temperatures.
 
+use crate::attitude::{turned, Stance};
 use crate::config;
 use crate::faults::CameraFault;
-use crate::pose::Pose;
 use crate::random::Random;
 use crate::terrain::{Point, Terrain};
 
@@ -21,8 +21,8 @@ pub struct Frame {
     pub ffc: bool,
     /// Kelvin × 100, row-major.
     pub counts: Vec<u16>,
-    /// True pose of the rover at the exposure.
-    pub pose: Pose,
+    /// True pose and attitude of the rover at the exposure.
+    pub stance: Stance,
     /// Along the optical axis from the lens to what each pixel saw, metres; infinite for the sky.
     pub depth: Vec<f32>,
 }
@@ -77,17 +77,19 @@ impl Camera {
         camera
     }
 
-    /// Where the lens is, and the heading that its rays are turned by.
-    pub fn eye(&self, pose: Pose) -> Point {
-        let mount = pose.compose(self.config.mount_x, self.config.mount_y, 0.0);
-        [mount.x, mount.y, self.config.mount_z]
+    /// Where the lens is.
+    pub fn eye(&self, stance: Stance) -> Point {
+        let config = &self.config;
+        let mount = [config.mount_x, config.mount_y, config.mount_z];
+        let [x, y, z] = turned(&stance.rotation(), &mount);
+        [stance.pose.x + x, stance.pose.y + y, z]
     }
 
     /// Takes the picture that is due at `now_us`, if any.
     pub fn poll(
         &mut self,
         now_us: u64,
-        pose: Pose,
+        stance: Stance,
         terrain: &Terrain,
         fault: Option<CameraFault>,
     ) -> Option<Frame> {
@@ -109,7 +111,7 @@ impl Camera {
         }
         let mut depth = Vec::new();
         if !(ffc || frozen) || self.last.is_empty() {
-            (self.last, depth) = self.expose(pose, terrain);
+            (self.last, depth) = self.expose(stance, terrain);
         }
         Some(Frame {
             sequence: self.sequence - 1,
@@ -117,7 +119,7 @@ impl Camera {
             delivered_us: exposure_us + self.config.latency_us,
             ffc,
             counts: self.last.clone(),
-            pose,
+            stance,
             depth,
         })
     }
@@ -149,8 +151,8 @@ impl Camera {
         }
     }
 
-    fn expose(&mut self, pose: Pose, terrain: &Terrain) -> (Vec<u16>, Vec<f32>) {
-        let (mut scene, depth) = self.scene(pose, terrain);
+    fn expose(&mut self, stance: Stance, terrain: &Terrain) -> (Vec<u16>, Vec<f32>) {
+        let (mut scene, depth) = self.scene(stance, terrain);
         let netd = self.config.netd as f32;
         for (index, kelvin) in scene.iter_mut().enumerate() {
             *kelvin +=
@@ -160,18 +162,14 @@ impl Camera {
         (scene.iter().map(count).collect(), depth)
     }
 
-    /// What a perfect sensor would see from `pose`, row-major: temperatures in kelvin, and depths as in `Frame`.
-    pub fn scene(&self, pose: Pose, terrain: &Terrain) -> (Vec<f32>, Vec<f32>) {
-        let eye = self.eye(pose);
-        let (sine, cosine) = pose.heading.sin_cos();
+    /// What a perfect sensor would see from `stance`, row-major: temperatures in kelvin, and depths as in `Frame`.
+    pub fn scene(&self, stance: Stance, terrain: &Terrain) -> (Vec<f32>, Vec<f32>) {
+        let eye = self.eye(stance);
+        let rotation = stance.rotation();
         let see = |ray: &Point| {
-            let (x, y) = (
-                cosine * ray[0] - sine * ray[1],
-                sine * ray[0] + cosine * ray[1],
-            );
             // Rays are one long along the optical axis: the parameter of the hit is the depth.
             let (depth, kelvin) = terrain
-                .look(eye, [x, y, ray[2]])
+                .look(eye, turned(&rotation, ray))
                 .unwrap_or((f32::INFINITY, SKY_TEMPERATURE));
             (kelvin, depth)
         };
@@ -182,11 +180,19 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::Attitude;
+    use crate::pose::Pose;
 
-    const POSE: Pose = Pose {
-        x: 1.0,
-        y: 1.0,
-        heading: 0.0,
+    const POSE: Stance = Stance {
+        pose: Pose {
+            x: 1.0,
+            y: 1.0,
+            heading: 0.0,
+        },
+        attitude: Attitude {
+            roll: 0.0,
+            pitch: 0.0,
+        },
     };
 
     fn small() -> config::Camera {

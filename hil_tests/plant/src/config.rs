@@ -22,6 +22,8 @@ pub struct Config {
     pub launch: Launch,
     /// Chassis, wheels and motors.
     pub drive: Drive,
+    /// How the ground tilts the rover; not at all unless said otherwise.
+    pub unevenness: Unevenness,
     /// The pack.
     pub battery: Battery,
     /// The ultrasonic sensors.
@@ -45,6 +47,7 @@ impl Default for Config {
             area_height: 4.0,
             launch: Launch::default(),
             drive: Drive::default(),
+            unevenness: Unevenness::default(),
             battery: Battery::default(),
             sonar: Sonar::default(),
             camera: Camera::default(),
@@ -113,6 +116,8 @@ pub struct Drive {
     pub slip_noise: f64,
     /// Correlation time of the slip that varies, s.
     pub slip_time_constant: f64,
+    /// Moments without grip; none unless said otherwise.
+    pub slip_bursts: SlipBursts,
     /// Torque that a blocked wheel needs to spin on the ground, N m.
     pub traction_torque: f64,
 }
@@ -135,7 +140,49 @@ impl Default for Drive {
             slip_bias_limit: 0.03,
             slip_noise: 0.01,
             slip_time_constant: 3.0,
+            slip_bursts: SlipBursts::default(),
             traction_torque: 0.2,
+        }
+    }
+}
+
+/// Bursts of slip, of each wheel by itself.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SlipBursts {
+    /// Part of all travel that is lost in bursts; 0: there are none.
+    pub mean: f64,
+    /// Part of its travel that a wheel loses during one.
+    pub size: f64,
+    /// Mean length of one, metres of the wheel's surface.
+    pub length: f64,
+}
+
+impl Default for SlipBursts {
+    fn default() -> Self {
+        Self {
+            mean: 0.0,
+            size: 0.3,
+            length: 0.1,
+        }
+    }
+}
+
+/// Slopes that are too small for the height raster, or too wide: the rover leans, and everything on it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Unevenness {
+    /// Root mean square of the angle between the rover's up and the vertical, radians; 0: level ground.
+    pub tilt: f64,
+    /// Shortest wave of the slope, metres; the longest is three times as long.
+    pub length: f64,
+}
+
+impl Default for Unevenness {
+    fn default() -> Self {
+        Self {
+            tilt: 0.0,
+            length: 1.0,
         }
     }
 }
@@ -307,6 +354,9 @@ impl Config {
             ("drive.rotor_inertia", config.drive.rotor_inertia),
             ("drive.wheel_radius", config.drive.wheel_radius),
             ("drive.slip_time_constant", config.drive.slip_time_constant),
+            ("drive.slip_bursts.size", config.drive.slip_bursts.size),
+            ("drive.slip_bursts.length", config.drive.slip_bursts.length),
+            ("unevenness.length", config.unevenness.length),
             ("battery.capacity_ah", config.battery.capacity_ah),
             ("sonar.sound_speed", config.sonar.sound_speed),
             ("camera.fx", config.camera.fx),

@@ -7,6 +7,7 @@
 use crate::config;
 use crate::faults::Faults;
 use crate::random::Random;
+use crate::slip_bursts::SlipBursts;
 
 /// What the H-bridges do: duty -1..1 of the supply, or open (coast).
 #[derive(Clone, Copy, Default)]
@@ -25,6 +26,7 @@ pub struct Drive {
     back_emf: [f64; 2],
     slip_bias: [f64; 2],
     slip_noise: [f64; 2],
+    bursts: SlipBursts,
     inertia: (f64, f64),
     /// Shaft speeds, rad/s, and angles, rad.
     speed: [f64; 2],
@@ -55,6 +57,7 @@ impl Drive {
             back_emf,
             slip_bias,
             slip_noise: [0.0; 2],
+            bursts: SlipBursts::new(&config.slip_bursts, seed),
             inertia: (
                 config.rotor_inertia + translation + rotation,
                 translation - rotation,
@@ -152,7 +155,11 @@ impl Drive {
         let travel = std::array::from_fn(|wheel| {
             let turned = 0.5 * (before[wheel] + self.speed[wheel]) * dt;
             self.angle[wheel] += turned;
-            turned * self.config.wheel_radius * (1.0 - slip[wheel])
+            let surface = turned * self.config.wheel_radius;
+            if faults.lifted {
+                return 0.0;
+            }
+            surface * (1.0 - slip[wheel] - self.bursts.slip(wheel, surface))
         });
         self.count(faults);
         travel

@@ -12,6 +12,10 @@ pub struct Faults {
     pub sonars: [Option<SonarFault>; 3],
     /// Taken off the battery's terminal voltage, volts.
     pub voltage_drop: f64,
+    /// No wheel touches the ground.
+    pub lifted: bool,
+    /// What tilts the rover beyond the ground: roll and pitch, radians.
+    pub tilt: [f64; 2],
     /// A switch of the bumper is held closed.
     pub bumper_pressed: bool,
     /// Of the thermal camera.
@@ -66,6 +70,9 @@ impl Faults {
         }
         match name {
             "bumper-pressed" => self.bumper_pressed = on,
+            "lifted" => self.lifted = on,
+            "rolled" => self.tilt[0] = value,
+            "pitched" => self.tilt[1] = value,
             "encoders-swapped" => self.encoders_swapped = on,
             "voltage-drop" => self.voltage_drop = value,
             "sonar-dead" => *self.sonar(index)? = on.then_some(SonarFault::Dead),
@@ -125,6 +132,9 @@ mod tests {
     #[test]
     fn every_fault_comes_and_goes_by_its_name() {
         let names = [
+            "lifted",
+            "rolled",
+            "pitched",
             "encoders-swapped",
             "voltage-drop",
             "sonar-dead",

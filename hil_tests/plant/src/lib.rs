@@ -6,6 +6,7 @@
 #![warn(missing_docs)]
 #![cfg_attr(test, allow(dead_code))]
 
+pub mod attitude;
 pub mod battery;
 pub mod bumper;
 pub mod camera;
@@ -20,6 +21,7 @@ pub mod python;
 pub mod random;
 pub mod referee;
 pub mod sitl;
+pub mod slip_bursts;
 pub mod sonar;
 pub mod survey;
 pub mod terrain;

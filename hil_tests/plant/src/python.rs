@@ -5,6 +5,7 @@ use pyo3::exceptions::{PyConnectionError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::attitude::Stance;
 use crate::camera::Frame;
 use crate::chip::{Alarm, Clock, Processor};
 use crate::config::Config;
@@ -131,6 +132,12 @@ impl Plant {
     fn pose(&self) -> (f64, f64, f64) {
         let pose = self.world.pose;
         (pose.x, pose.y, pose.heading)
+    }
+
+    /// How the rover leans: roll (left side up) and pitch (nose down), rad.
+    fn attitude(&self) -> (f64, f64) {
+        let attitude = self.world.stance().attitude;
+        (attitude.roll, attitude.pitch)
     }
 
     /// x4 quadrature counts (left, right).
@@ -286,7 +293,12 @@ impl Plant {
         let world = &self.world;
         PyArray1::from_vec(
             py,
-            py.detach(|| world.camera.scene(Pose { x, y, heading }, &world.terrain).0),
+            py.detach(|| {
+                world
+                    .camera
+                    .scene(Stance::level(Pose { x, y, heading }), &world.terrain)
+                    .0
+            }),
         )
     }
 

@@ -1,7 +1,7 @@
 //! Which ground the camera has really seen: 1 cm cells, marked from the true pose at the true exposure.
 
+use crate::attitude::{turned, turned_back, Stance};
 use crate::config;
-use crate::pose::Pose;
 use crate::terrain::{Point, Terrain};
 
 /// Side of a cell, metres.
@@ -88,20 +88,19 @@ impl Survey {
         seen as f64 / all.max(1) as f64
     }
 
-    /// Marks every cell that lies in the picture taken from `pose` and is not behind what the pixel's ray has hit.
+    /// Marks every cell that lies in the picture taken from `stance` and is not behind what the pixel's ray has hit.
     /// `depth`: of every pixel, see `camera::Frame`.
-    pub fn mark(&mut self, eye: Point, pose: Pose, depth: &[f32], terrain: &Terrain) {
-        let (sine, cosine) = pose.heading.sin_cos();
-        let (low, high) = self.reach(eye, sine, cosine, terrain);
+    pub fn mark(&mut self, eye: Point, stance: Stance, depth: &[f32], terrain: &Terrain) {
+        let rotation = stance.rotation();
+        let (low, high) = self.reach(eye, &rotation, terrain);
         let camera = self.camera.clone();
         let (width, height) = (camera.width as f64, camera.height as f64);
         self.for_cells(low, high, |survey, index, x, y| {
             if survey.seen[index] {
                 return;
             }
-            let (dx, dy) = (x - eye[0], y - eye[1]);
             let z = terrain.height_at(x, y);
-            let base = [cosine * dx + sine * dy, cosine * dy - sine * dx, z - eye[2]];
+            let base = turned_back(&rotation, &[x - eye[0], y - eye[1], z - eye[2]]);
             let along = |k: usize| {
                 (0..3)
                     .map(|axis| camera.rotation[axis][k] * base[axis])
@@ -131,7 +130,7 @@ impl Survey {
     }
 
     /// Bounding box of the ground that the picture's corners can meet, at the lowest and at the highest ground.
-    fn reach(&self, eye: Point, sine: f64, cosine: f64, terrain: &Terrain) -> ([f64; 2], [f64; 2]) {
+    fn reach(&self, eye: Point, rotation: &[Point; 3], terrain: &Terrain) -> ([f64; 2], [f64; 2]) {
         let camera = &self.camera;
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for corner in 0..4 {
@@ -153,14 +152,11 @@ impl Survey {
             let base: Point = std::array::from_fn(|axis| {
                 (0..3).map(|k| camera.rotation[axis][k] * optical[k]).sum()
             });
-            let ahead = [
-                cosine * base[0] - sine * base[1],
-                sine * base[0] + cosine * base[1],
-            ];
+            let ahead = turned(rotation, &base);
             let level = ahead[0].hypot(ahead[1]).max(1e-9);
             for ground in [terrain.lowest(), terrain.highest()] {
-                let drop = if base[2] < -1e-3 {
-                    (ground - eye[2]) / base[2]
+                let drop = if ahead[2] < -1e-3 {
+                    (ground - eye[2]) / ahead[2]
                 } else {
                     f64::INFINITY
                 };
@@ -207,6 +203,7 @@ fn centre(column: usize, row: usize) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pose::Pose;
 
     fn survey() -> Survey {
         Survey::new(&config::Config {
@@ -253,13 +250,23 @@ mod tests {
         let eye = [pose.x, pose.y, camera.mount_z];
         let mut survey = survey();
         let before = survey.seen_share();
-        survey.mark(eye, pose, &vec![0.1; camera.width * camera.height], &flat);
+        survey.mark(
+            eye,
+            Stance::level(pose),
+            &vec![0.1; camera.width * camera.height],
+            &flat,
+        );
         assert_eq!(
             survey.seen_share(),
             before,
             "something stands before the lens"
         );
-        survey.mark(eye, pose, &vec![10.0; camera.width * camera.height], &flat);
+        survey.mark(
+            eye,
+            Stance::level(pose),
+            &vec![10.0; camera.width * camera.height],
+            &flat,
+        );
         assert!(survey.seen_share() > before + 0.1);
     }
 

@@ -2,6 +2,7 @@
 
 use std::io::{Error, ErrorKind, Result};
 
+use crate::attitude::{Stance, Unevenness};
 use crate::battery::Battery;
 use crate::bumper;
 use crate::camera::{Camera, Frame};
@@ -47,6 +48,8 @@ pub struct World {
     pub camera: Camera,
     /// The ground.
     pub terrain: Terrain,
+    /// What makes the rover lean on it.
+    pub unevenness: Unevenness,
     /// Things that the rover must not touch.
     pub obstacles: Vec<Obstacle>,
     /// What really happened so far.
@@ -95,6 +98,7 @@ impl World {
             sonar: Sonar::new(&config.sonar, config.seed),
             camera: Camera::new(&config.camera, config.seed),
             terrain,
+            unevenness: Unevenness::new(&config.unevenness, config.seed),
             obstacles,
             referee: Referee::new(&config),
             survey: Survey::new(&config),
@@ -193,9 +197,10 @@ impl World {
         if self.now_us.is_multiple_of(LOOK_US) {
             self.look();
         }
+        let stance = self.stance();
         if let Some(frame) =
             self.camera
-                .poll(self.now_us, self.pose, &self.terrain, self.faults.camera)
+                .poll(self.now_us, stance, &self.terrain, self.faults.camera)
         {
             self.exposed.push(frame);
         }
@@ -206,12 +211,23 @@ impl World {
         {
             let frame = self.exposed.remove(0);
             if !frame.ffc && !frame.depth.is_empty() {
-                let eye = self.camera.eye(frame.pose);
+                let eye = self.camera.eye(frame.stance);
                 self.survey
-                    .mark(eye, frame.pose, &frame.depth, &self.terrain);
+                    .mark(eye, frame.stance, &frame.depth, &self.terrain);
             }
             self.delivered.push(frame);
         }
+    }
+
+    /// Where the rover is and how it leans: on the ground, or as somebody holds it.
+    pub fn stance(&self) -> Stance {
+        let mut stance = Stance {
+            pose: self.pose,
+            attitude: self.unevenness.attitude(self.pose),
+        };
+        stance.attitude.roll += self.faults.tilt[0];
+        stance.attitude.pitch += self.faults.tilt[1];
+        stance
     }
 
     fn look(&mut self) {

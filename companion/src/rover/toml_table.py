@@ -6,6 +6,7 @@ what the value may be, then the default; a key without a default must be there. 
 
 from __future__ import annotations
 
+import datetime
 import difflib
 import re
 from collections.abc import Sequence
@@ -120,6 +121,16 @@ class Table:
         return int(hours) * 3600.0 + int(minutes) * 60.0
 
     # -- several values ------------------------------------------------------------------------------------------
+
+    def date(self, key: str) -> datetime.date:
+        """A day, in quotes or as TOML writes it."""
+        value = self._take(key, None)
+        if isinstance(value, datetime.date) and not isinstance(value, datetime.datetime):
+            return value
+        try:
+            return datetime.date.fromisoformat(value)
+        except (TypeError, ValueError):
+            raise self.error(key, f'{_shown(value)} is not a date like "2026-06-21"') from None
 
     def numbers(self, key: str, low: float, high: float, default: Sequence[float] | None = None) -> tuple[float, ...]:
         """A list of numbers, each within [low, high]."""

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rover.errors import BadInput, NoPath, RoverError
 from rover.mission.config import SHIPPED, load
-from rover.report.site import Georeference, Site
+from rover.report.site import Georeference, GridPosition, Site
 
 SMALL = """
 [mission]
@@ -118,12 +118,26 @@ def test_a_site_has_names_and_a_place_on_earth(write: Write) -> None:
         ("origin = [91, 8]", "[site] origin: latitude 91 lies outside -89 to 89 deg"),
         ("origin = [50, 181]", "[site] origin: 181 lies outside -180 to 180"),
         ("origin = [50]", "[site] origin: must be [latitude, longitude], not [50]"),
-        ("bearing_deg = 30", "[site] bearing_deg: has no meaning without origin = [latitude, longitude]"),
+        ("bearing_deg = 30", "[site] bearing_deg: has no meaning without origin = [latitude, longitude], or epsg"),
+        ('date = "4 May"', "[site] date: '4 May' is not a date like"),
+        ("epsg = 4326\neasting = 1\nnorthing = 2", "[site] epsg: EPSG:4326 (WGS 84) is no projected system in metres"),
+        ("epsg = 32633\neasting = 1e8\nnorthing = 2", "[site] epsg: 1e+08, 2 lies outside EPSG:32633"),
+        ("origin = [50, 8]\nepsg = 32633", "[site] origin: has no meaning beside epsg"),
         ("orign = [50, 8]", "[site] orign: unknown key; did you mean origin?"),
     ],
 )
 def test_a_wrong_site_is_one_line(write: Write, lines: str, says: str) -> None:
-    assert refusal(write(SMALL + "[site]\n" + lines + "\n")) == says
+    assert refusal(write(SMALL + "[site]\n" + lines + "\n")).startswith(says)
+
+
+def test_a_site_may_be_placed_on_a_projected_grid(write: Write) -> None:
+    # 3 degrees east of UTM zone 33's meridian at 60 degrees north the grid's north lies 3 sin(60°) to the east.
+    grid = "epsg = 32633\neasting = 667294.821\nnorthing = 6655205.484\nbearing_deg = 10\n"
+    site = load(write(SMALL + "[site]\n" + grid)).site
+    assert site.origin is not None
+    assert site.grid == GridPosition(32633, 667294.821, 6655205.484)
+    assert (site.origin.latitude, site.origin.longitude) == pytest.approx((60.0, 18.0), abs=2e-6)
+    assert site.origin.bearing_deg == pytest.approx(10.0 + 3.0 * math.sin(math.radians(60.0)), abs=0.01)
 
 
 def test_a_mission_may_do_without_wheels_and_not_without_frames(write: Write) -> None:

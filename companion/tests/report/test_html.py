@@ -8,9 +8,11 @@ from html.parser import HTMLParser
 
 import pytest
 from rover.outcome import RunStatus
+from rover.record.epoch import Epoch
 from rover.report.html import report_html
 from rover.report.result import Found, Identities, RunResult, Safety, WallClock
 from rover.report.site import Georeference, Site
+from rover.report.summary import summary
 
 from companion.tests.report.sample_run import make_result
 
@@ -191,7 +193,7 @@ def test_what_the_referee_knows_of_the_mines_is_told_of_simulated_fields_only(re
     assert told not in Reader(report_html(result, PNG)).text
     judged = replace(result, found=Found(mines=5, found=5, with_contrast=5, with_contrast_found=5, false=1))
     assert "5 of 5, 1 false" in Reader(report_html(judged, PNG)).text
-    assert judged.summary()["mines"]["found"] == 5
+    assert summary(judged)["mines"]["found"] == 5
 
 
 def test_mines_that_do_not_show_are_told_apart() -> None:
@@ -201,12 +203,20 @@ def test_mines_that_do_not_show_are_told_apart() -> None:
 
 
 def test_the_site_stands_in_the_report_when_the_mission_file_names_it(result: RunResult) -> None:
-    assert 'id="site"' not in report_html(result, PNG)
+    assert "local only" in part(result, "site")
     placed = replace(result, site=Site("north <meadow>", "", "N. N.", Georeference(50.1, 8.7, 30.0)))
     text = part(placed, "site")
-    for value in ("north <meadow>", "N. N.", "50.1000000, 8.7000000", "30° from north"):
+    for value in ("north <meadow>", "N. N.", "50.1000000, 8.7000000", "30° from true north"):
         assert value in text
     assert "Organisation" not in text
+
+
+def test_a_report_has_its_date_in_both_times_and_says_who_told_it(result: RunResult) -> None:
+    assert "not known" in part(result, "site")
+    epoch = Epoch(1_777_896_000 * 10**9, 7200, "system clock, not synchronised")
+    text = part(replace(result, epoch=epoch, site=Site(weather="dry, light wind")), "site")
+    for value in ("2026-05-04T14:00:00+02:00 (2026-05-04T12:00:00Z)", "not synchronised", "dry, light wind"):
+        assert value in text
 
 
 def test_identities_are_complete(result: RunResult) -> None:

@@ -35,6 +35,7 @@ def command(
     from rover.cli.run import summary_text
     from rover.errors import BadInput
     from rover.mission.run_folder import check_free
+    from rover.report.summary import summary
 
     from rover_hil.replay.recover import log_of, recover
 
@@ -53,7 +54,7 @@ def command(
     for line in result.unwritten:
         say(line)
     if as_json:
-        write_json(result.summary())
+        write_json(summary(result))
     else:
         write_text(summary_text(result, out / "report.html", "MISSION"))
     return 0

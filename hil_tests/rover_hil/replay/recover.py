@@ -76,7 +76,7 @@ def recover(
         if not ended and (log.cut or survey.outcome is None):
             survey.outcome = Outcome(RunStatus.PARTIAL, f"the run was cut off: recovered from its log, {until:.1f} s")
         identities = identities_of(mission, origin["rig"], seed, classifier.sha256, loop.link.identity)
-        result = assemble(survey, loop.track, loop.link.figures(), identities, None, log.path.parent)
+        result = assemble(survey, loop.track, loop.link.figures(), identities, None, log.path.parent, log.epoch)
         target.accept()
         _copy_truth(log.path.parent, out)
         return write_outputs(replace(result, out=str(out), recovered_until=until), survey, loop.track)

@@ -92,6 +92,7 @@ def command(
 
     from rover.mission.loop import Control
     from rover.mission.run import run_mission
+    from rover.report.summary import summary
 
     control = Control(attended=attended if attended is not None else rig is RigName.DEVICE)
     with view, operator_signals(control, view.say):
@@ -113,7 +114,7 @@ def command(
     for line in result.unwritten:
         say(line)
     if as_json:
-        write_json(result.summary())
+        write_json(summary(result))
     else:
         write_text(summary_text(result, folder / "report.html", mission))
     return result.exit_code

@@ -23,6 +23,7 @@ from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.outcome import RunStatus
 from rover.record.ate import absolute_trajectory_error
+from rover.record.epoch import NO_EPOCH, Epoch
 from rover.record.relative_error import relative_error
 from rover.record.tum import read_tum
 from rover.report.result import (
@@ -56,8 +57,12 @@ def assemble(
     identities: Identities,
     referee: Mapping[str, Any] | None,
     out: Path,
+    epoch: Epoch = NO_EPOCH,
 ) -> RunResult:
-    """The result of a run. `referee`: what a simulated rig counted, None where nobody did."""
+    """The result of a run. `referee`: what a simulated rig counted, None where nobody did.
+
+    `epoch`: of the mission's clock.
+    """
     assert survey.outcome is not None
     perception = survey.perception
     grid = perception.grid
@@ -84,6 +89,7 @@ def assemble(
         layers=MapLayers((0.0, 0.0), grid.resolution, grid.temperature, shown, grid.occupied),
         identities=identities,
         site=survey.mission.site,
+        epoch=epoch if epoch == NO_EPOCH else epoch.after(start),
         detections=_detections(survey, start),
         goals=tuple(
             GoalResult(

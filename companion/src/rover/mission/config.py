@@ -12,7 +12,8 @@ from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
 from rover.link.baud import DEFAULT_BAUD
 from rover.mission.outline import STRIP_M, inside
-from rover.report.site import Georeference, Site
+from rover.report.projected import georeference
+from rover.report.site import Georeference, GridPosition, Site
 from rover.toml_file import read_toml
 from rover.toml_table import Table
 from rover.vehicle import STANDARD, Vehicle, load_vehicle
@@ -39,7 +40,10 @@ SOURCES = ("wheels", "frames")
 
 SECTIONS = {
     "mission": ("name", "time_of_day", "max_duration_s", "goals", "required_coverage", "return_home"),
-    "site": ("name", "organisation", "operator", "origin", "bearing_deg"),
+    "site": (
+        *("name", "organisation", "operator", "date", "weather"),
+        *("origin", "bearing_deg", "epsg", "easting", "northing"),
+    ),
     "area": ("width_m", "height_m", "polygon", "exclude", "obstacles"),
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
     "rover": ("vehicle", "camera", "camera_source", "preprocess", "cruise_speed_m_s", "baud"),
@@ -171,21 +175,40 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
 
 
 def _site(table: Table) -> Site:
-    origin = None
-    if table.has("origin"):
+    origin, grid = None, None
+    if table.has("epsg"):
+        grid, origin = _on_grid(table)
+    elif table.has("origin"):
         latitude, longitude = table.row("origin", ("latitude", "longitude"), -180.0, 180.0)
         # At the poles no longitude is defined.
         if not abs(latitude) <= 89.0:
             raise table.error("origin", f"latitude {latitude:g} lies outside -89 to 89 deg")
         origin = Georeference(latitude, longitude, table.number("bearing_deg", -360.0, 360.0, 0.0))
     elif table.has("bearing_deg"):
-        raise table.error("bearing_deg", "has no meaning without origin = [latitude, longitude]")
+        raise table.error("bearing_deg", "has no meaning without origin = [latitude, longitude], or epsg")
     return Site(
         name=table.text("name", ""),
         organisation=table.text("organisation", ""),
         operator=table.text("operator", ""),
         origin=origin,
+        grid=grid,
+        day=table.date("date") if table.has("date") else None,
+        weather=table.text("weather", ""),
     )
+
+
+def _on_grid(table: Table) -> tuple[GridPosition, Georeference]:
+    if table.has("origin"):
+        raise table.error("origin", "has no meaning beside epsg, easting and northing, which say the same")
+    grid = GridPosition(
+        table.integer("epsg", 1024, 32_767),
+        table.number("easting", -1e8, 1e8),
+        table.number("northing", -1e8, 1e8),
+    )
+    try:
+        return grid, georeference(grid, table.number("bearing_deg", -360.0, 360.0, 0.0))
+    except ValueError as error:
+        raise table.error("epsg", str(error)) from None
 
 
 def _area(table: Table) -> Area:

@@ -57,16 +57,24 @@ def session_of(origin: Mapping[str, str]) -> int:
 
 
 def identities_of(
-    mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None
+    mission: Mission, rig: str, seed: int, model_hash: str, firmware: Identity | None, after: str = ""
 ) -> Identities:
-    """What was at work, for the report; `firmware`: what it said of itself, None when it was never heard."""
+    """What was at work, for the report; `firmware`: what it said of itself, None when it was never heard.
+
+    `after`: name of the run that this one went on from.
+    """
     known = Identities(
         rig=rig,
         seed=seed,
         rover_version=rover.__version__,
         schema_hash=f"{messages.SCHEMA_HASH:08x}",
         model_hash=model_hash[:12],
-        mission_hash=hashlib.sha256(mission.path.read_bytes()).hexdigest()[:12],
+        mission_hash=_short_hash(mission.path),
+        source_hash=source_hash(),
+        camera=Path(mission.rover.camera).name,
+        camera_hash=_short_hash(camera_file(mission.rover.camera)),
+        vehicle_hash=_short_hash(Path(mission.rover.vehicle_file)) if mission.rover.vehicle_file else "standard",
+        after=after,
     )
     if firmware is None:
         return known
@@ -76,6 +84,10 @@ def identities_of(
         firmware_git_hash=firmware.git_hash,
         board=firmware.board,
     )
+
+
+def _short_hash(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
 def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:

@@ -38,6 +38,7 @@ from rover.mission.outputs import write_outputs
 from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
+from rover.record.epoch import Epoch, simulated_epoch, system_epoch
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.report.result import RealTime, RunResult, WallClock
@@ -56,6 +57,7 @@ class Driven:
     firmware: Identity | None
     figures: LinkFigures
     referee: dict[str, Any] | None
+    epoch: Epoch
 
 
 @dataclass(frozen=True)
@@ -97,17 +99,17 @@ class _Prepared:
                 raise
         referee = run.judge()
         recording.identify("firmware", _firmware(run.link.identity))
-        return Driven(run.track, run.link.identity, run.link.figures(), referee)
+        return Driven(run.track, run.link.identity, run.link.figures(), referee, recording.epoch)
 
     def heed_operator(self) -> None:
         """Raises Aborted when he has said stop before anything was armed: no run is made."""
         if self.control.stop or self.control.emergency:
             raise Aborted("ended by the operator before the rover was armed; nothing has moved")
 
-    def recording(self, more: Mapping[str, str] | None = None) -> Recording:
-        """The log, with what the run is made from."""
+    def recording(self, epoch: Epoch, more: Mapping[str, str] | None = None) -> Recording:
+        """The log, with what the run is made from. `epoch`: when mission time 0 is."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
-        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})})
+        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})}, epoch)
         attach_files(recording, self.mission, self.resume)
         return recording
 
@@ -186,8 +188,9 @@ def run_mission(
             driven = _on_simulated(prepared, data)
         wall = time.monotonic() - started
         assert survey.outcome is not None
-        identities = identities_of(mission, rig, seed, classifier.sha256, driven.firmware)
-        result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out)
+        after = "" if resume is None else resume.resolve().name
+        identities = identities_of(mission, rig, seed, classifier.sha256, driven.firmware, after)
+        result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out, driven.epoch)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
         return write_outputs(result, survey, driven.track)
@@ -212,7 +215,9 @@ def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:
         (folder.path / "rig.json").write_text(
             json.dumps({"port": process.port, "control": process.control, "pid": process.pid}) + "\n"
         )
-        with prepared.recording() as recording:
+        longitude = None if mission.site.origin is None else mission.site.origin.longitude
+        epoch = simulated_epoch(mission.site.day, mission.time_of_day_s, longitude)
+        with prepared.recording(epoch) as recording:
             simulated = process.connect(mission.rover.baud, CYCLE, recording.step)
             driven = prepared.drive(simulated, recording)
         simulated.close()
@@ -230,7 +235,7 @@ def _on_device(
         prepared.heed_operator()
         prepared.folder.accept()
         wire = {"port": device.wire.port, "byte_time_s": repr(device.byte_time), "session": str(prepared.session)}
-        with prepared.recording(wire) as recording:
+        with prepared.recording(system_epoch(device.clock.now()), wire) as recording:
             rig = DeviceRig(device.wire, device.camera, device.clock, recording.cycle)
             driven = prepared.drive(rig, recording)
             if rig.camera_failure is not None:

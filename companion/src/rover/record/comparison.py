@@ -31,6 +31,7 @@ class Comparison(Journal):
 
     def __init__(self, log: Log) -> None:
         self._log = log
+        self.epoch = log.epoch
         self._recorded: Iterator[LogMessage] = log.messages(without=FED)
         self.messages = 0
         self.difference: Difference | None = None

@@ -3,7 +3,7 @@
 A `Journal` only makes the messages. `Recording` writes them to a file, `rover.record.comparison` holds them against
 those of a file: so a replay compares exactly what a run records.
 
-All times are mission time, so the same mission with the same seed gives the same bytes.
+Callers give mission time; stamps in messages are mission time after `epoch`, when the mission began.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from rover.capture.frame import Frame
 from rover.geometry import Pose2
 from rover.link.intake import Cycle
 from rover.record.device_cycle import pack_cycle
+from rover.record.epoch import NO_EPOCH, Epoch
 from rover.record.rig_step import pack_step
 from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, GRID, RIG_CYCLE, RIG_STEP
 
@@ -43,6 +44,9 @@ class Journal(ABC):
 
     # Why nothing more is written down, None while all is well.
     failure: str | None = None
+
+    # What the stamps of messages count from.
+    epoch: Epoch = NO_EPOCH
 
     @abstractmethod
     def put_protobuf(self, topic: str, time: float, message: Message) -> None:
@@ -60,7 +64,7 @@ class Journal(ABC):
         """A thermal picture, delivered at `time`: 16 bits, kelvin × 100, stamped with its exposure (whole µs)."""
         width, height = frame.size
         image = RawImage(
-            timestamp=_stamp(frame.time),
+            timestamp=self._stamp(frame.time),
             frame_id="camera_optical",
             width=width,
             height=height,
@@ -82,19 +86,19 @@ class Journal(ABC):
 
     def pose(self, time: float, pose: Pose2, topic: str = "/pose", frame_id: str = "map") -> None:
         """Where base_link is in map."""
-        self.put_protobuf(topic, time, PoseInFrame(timestamp=_stamp(time), frame_id=frame_id, pose=_pose(pose)))
+        self.put_protobuf(topic, time, PoseInFrame(timestamp=self._stamp(time), frame_id=frame_id, pose=_pose(pose)))
 
     def path(self, time: float, points: NDArray[np.float64], topic: str = "/plan/path") -> None:
         """A planned path, (N, 2) in map."""
         poses = [_pose(Pose2(x, y, 0.0)) for x, y in np.asarray(points, dtype=np.float64).reshape(-1, 2).tolist()]
-        self.put_protobuf(topic, time, PosesInFrame(timestamp=_stamp(time), frame_id="map", poses=poses))
+        self.put_protobuf(topic, time, PosesInFrame(timestamp=self._stamp(time), frame_id="map", poses=poses))
 
     def grid(self, time: float, seen: NDArray[np.bool_], occupied: NDArray[np.bool_], resolution: float) -> None:
         """The map, (rows, columns) with row 0 at y = 0: -1 unknown, 0 free, 100 occupied, as in nav_msgs."""
         cells = np.where(occupied, 100, np.where(seen, 0, -1)).astype(np.int8)
         columns = cells.shape[1]
         message = Grid(
-            timestamp=_stamp(time),
+            timestamp=self._stamp(time),
             frame_id="map",
             pose=_pose(Pose2(0.0, 0.0, 0.0)),
             column_count=columns,
@@ -108,7 +112,9 @@ class Journal(ABC):
 
     def log(self, time: float, level: str, text: str, name: str = "mission", topic: str = "/log") -> None:
         """A line of text; levels: debug, info, warning, error, fatal."""
-        self.put_protobuf(topic, time, Log(timestamp=_stamp(time), level=LOG_LEVELS[level], message=text, name=name))
+        self.put_protobuf(
+            topic, time, Log(timestamp=self._stamp(time), level=LOG_LEVELS[level], message=text, name=name)
+        )
 
     def link(self, direction: str, time: float, identifier: int, payload: bytes) -> None:
         """A frame of the link, "rx" or "tx", as it travelled; fits as the tap of `rover.link.session.Link`."""
@@ -128,6 +134,10 @@ class Journal(ABC):
     def telemetry(self, time: float, event: object) -> None:
         """Telemetry of the link under `/telemetry/` and its name."""
         self.event(f"/telemetry/{type(event).__name__}", time, event)
+
+    def _stamp(self, time: float) -> Timestamp:
+        nanoseconds = self.epoch.utc_ns + round(time * 1e9)
+        return Timestamp(seconds=nanoseconds // 1_000_000_000, nanos=nanoseconds % 1_000_000_000)
 
 
 def to_json(content: object) -> str:
@@ -164,11 +174,6 @@ def _plain(value: object) -> object:
     if is_dataclass(value) and not isinstance(value, type):
         return {entry.name: getattr(value, entry.name) for entry in fields(value)}
     raise TypeError(f"{type(value).__name__} has no form in JSON")
-
-
-def _stamp(time: float) -> Timestamp:
-    nanoseconds = round(time * 1e9)
-    return Timestamp(seconds=nanoseconds // 1_000_000_000, nanos=nanoseconds % 1_000_000_000)
 
 
 def _pose(pose: Pose2) -> Pose:

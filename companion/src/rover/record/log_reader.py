@@ -19,6 +19,7 @@ from rover.errors import BadInput
 from rover.link.intake import Cycle
 from rover.plain_file import plain_file
 from rover.record.device_cycle import unpack_cycle
+from rover.record.epoch import epoch_of
 from rover.record.rig_step import RigStep, unpack_step
 from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, RIG_CYCLE, RIG_STEP
 
@@ -51,7 +52,8 @@ class LoggedFrame:
 
 
 class Log:
-    """One MCAP file. `metadata` by name, `files` are its attachments, `cut`: its end is missing.
+    """One MCAP file. `metadata` by name, `files` are its attachments, `epoch`: when its mission's clock began,
+    `cut`: its end is missing.
 
     Raises BadInput when it is no MCAP file.
     """
@@ -66,6 +68,7 @@ class Log:
                 self.metadata[record.name] = dict(record.metadata)
             elif isinstance(record, Attachment):
                 self.files[record.name] = record.data
+        self.epoch = epoch_of(self.metadata.get("clock"))
 
     def messages(self, topics: Collection[str] | None = None, without: Collection[str] = ()) -> Iterator[LogMessage]:
         """In the order of writing: those of `topics`, or all but those of `without`."""
@@ -75,7 +78,8 @@ class Log:
                 if record.topic not in without and (topics is None or record.topic in topics):
                     names[record.id] = record.topic
             elif isinstance(record, Message) and record.channel_id in names:
-                yield LogMessage(names[record.channel_id], record.log_time, record.data)
+                at = record.log_time - self.epoch.utc_ns
+                yield LogMessage(names[record.channel_id], at, record.data)
 
     def steps(self) -> Iterator[RigStep]:
         """What entered and left the firmware of a simulated rig."""

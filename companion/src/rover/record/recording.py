@@ -18,6 +18,7 @@ from mcap.writer import CompressionType, Writer
 from mcap_protobuf.schema import register_schema
 
 from rover.errors import BadInput
+from rover.record.epoch import NO_EPOCH, Epoch
 from rover.record.journal import Journal, json_schema, to_json
 
 LIBRARY = "rover"
@@ -31,19 +32,23 @@ BYTES = "rover-bytes"
 
 
 class Recording(Journal):
-    """Writes one MCAP file; use it as a context manager. Times are seconds of the mission's clock."""
+    """Writes one MCAP file; use it as a context manager. Times are seconds of the mission's clock, in the file
+    nanoseconds since 1970 where its `epoch` is known."""
 
-    def __init__(self, path: Path, metadata: Mapping[str, str] | None = None) -> None:
-        """`metadata`: what identifies the run (mission, seed, versions); no wall-clock times, please.
+    def __init__(self, path: Path, metadata: Mapping[str, str] | None = None, epoch: Epoch = NO_EPOCH) -> None:
+        """`metadata`: what identifies the run (mission, seed, versions). `epoch`: when mission time 0 was.
 
         Raises BadInput where no file can be written at all.
         """
         try:
+            self.epoch = epoch
             self._stream = path.open("wb")
             self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
             self._writer.start(profile="", library=LIBRARY)
             if metadata:
                 self.identify("mission", metadata)
+            if epoch != NO_EPOCH:
+                self.identify("clock", epoch.metadata())
             self._stream.flush()
         except OSError as error:
             raise BadInput(f"{path}: the log cannot be written: {error.strerror or error}") from error
@@ -85,7 +90,7 @@ class Recording(Journal):
     def attach(self, name: str, media_type: str, content: bytes) -> None:
         """A whole file that the run was made from."""
         with self._failing():
-            self._writer.add_attachment(0, 0, name, media_type, content)
+            self._writer.add_attachment(self.epoch.utc_ns, self.epoch.utc_ns, name, media_type, content)
 
     def put_protobuf(self, topic: str, time: float, message: Message) -> None:
         """See Journal."""
@@ -117,7 +122,7 @@ class Recording(Journal):
             return
         sequence = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence + 1
-        stamp = round(time * 1e9)
+        stamp = self.epoch.utc_ns + round(time * 1e9)
         with self._failing():
             self._writer.add_message(channel, stamp, data, stamp, sequence & 0xFFFF_FFFF)
             if time >= self._flush_due:

@@ -11,8 +11,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from rover.report.result import DetectionResult, GoalResult, RunResult, detection_json, goal_json
+from rover.report.result import DetectionResult, GoalResult, RunResult
 from rover.report.site import Georeference
+from rover.report.summary import detection_json, goal_json
 
 # The ellipsoid of WGS 84: semi-major axis in metres, and the square of the first eccentricity.
 SEMI_MAJOR_AXIS_M = 6_378_137.0

@@ -62,13 +62,16 @@ def identities(result: RunResult) -> Html:
     rows = (
         ("Rig", f"{known.rig} (simulated field)" if known.simulated else known.rig),
         ("Seed", "–" if known.seed is None else known.seed),
-        ("Rover software", known.rover_version),
+        ("Rover software", f"{known.rover_version}, sources {known.source_hash or 'unknown'}"),
         ("Firmware", known.firmware_version),
         ("Firmware source", known.firmware_git_hash),
         ("Board", known.board),
         ("Link schema", known.schema_hash),
         ("Detector model", known.model_hash),
         ("Mission file", known.mission_hash),
+        ("Camera and its calibration", " ".join(filter(None, (known.camera, known.camera_hash)))),
+        ("Vehicle file", known.vehicle_hash),
+        ("Goes on from", known.after or "no earlier run"),
     )
     return section("Identities", "identities", pairs((name, text(value or "unknown")) for name, value in rows))
 

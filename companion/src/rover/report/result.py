@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rover.geometry import Pose2
 from rover.outcome import RunStatus
+from rover.record.epoch import NO_EPOCH, Epoch
 from rover.report.site import UNKNOWN, Site
 from rover.str_enum import StrEnum
 from rover.vehicle import STANDARD
@@ -198,6 +197,12 @@ class Identities:
     schema_hash: str = ""
     model_hash: str = ""
     mission_hash: str = ""
+    source_hash: str = ""
+    camera: str = ""
+    camera_hash: str = ""
+    vehicle_hash: str = ""
+    # The folder's name of the run that this one went on from.
+    after: str = ""
 
     @property
     def simulated(self) -> bool:
@@ -242,6 +247,8 @@ class RunResult:
     layers: MapLayers
     identities: Identities
     site: Site = UNKNOWN
+    # When times of this result are zero.
+    epoch: Epoch = NO_EPOCH
     detections: tuple[DetectionResult, ...] = ()
     goals: tuple[GoalResult, ...] = ()
     obstacles: tuple[ObstacleResult, ...] = ()
@@ -278,106 +285,3 @@ class RunResult:
     def exit_code(self) -> int:
         """Exit code of the command that ran the mission."""
         return self.status.exit_code
-
-    def summary(self) -> dict[str, Any]:
-        """The contract's JSON of `rover run`, in a fixed order of keys. Only `wall_clock` and `out` vary by run."""
-        return {
-            "status": self.status,
-            "reason": self.reason,
-            "mission": self.mission,
-            "site": self.site.document(),
-            "duration_s": round(self.duration, 3),
-            "distance_m": round(self.distance, 4),
-            "fresh_wheel_m2": round(self.fresh_wheel, 4),
-            "area_m2": round(self.area_m2, 4),
-            "surveyed_m2": round(self.surveyed_area, 4),
-            "coverage": None if self.coverage is None else round(self.coverage.share, 4),
-            "coverage_by": None if self.coverage is None else "truth" if self.coverage.by_truth else "own map",
-            "required_coverage": None if self.coverage is None else self.coverage.required,
-            "home": None if self.home is None else asdict(self.home),
-            "reasons": [{"reason": u.reason, "area_m2": round(u.area, 4)} for u in self.unsurveyed],
-            "unsurveyed": [{"area_m2": round(u.area, 4), "reason": u.reason} for u in self.unsurveyed],
-            "detections": [detection_json(d) for d in self.detections],
-            "goals": [goal_json(g) for g in self.goals],
-            "collisions": self.safety.collisions,
-            "bumper_contacts": self.safety.bumper_contacts,
-            "keepout_violations": self.safety.keepout_violations,
-            "unseen_ground_m2": _rounded(self.safety.unseen_ground, 5),
-            "min_clearance_m": _rounded(self.safety.min_clearance, 4),
-            "wheel_over_mine": self.safety.wheel_over_mine,
-            "mines": None if self.found is None else asdict(self.found),
-            "localization": {
-                "ate_rmse_m": _rounded(self.localization.ate_rmse, 5),
-                "odometry_only_ate_rmse_m": _rounded(self.localization.odometry_only_ate_rmse, 5),
-                "fixes": self.localization.fixes,
-                "rejected": self.localization.rejected,
-                "final_sigma_m": _rounded(self.localization.final_sigma, 5),
-                "max_sigma_m": _rounded(self.localization.max_sigma, 5),
-                "relative_rmse_m": _rounded(self.localization.relative_rmse, 5),
-                "inside_95": _rounded(self.localization.inside_95, 4),
-                "max_relative_sigma_m": _rounded(self.localization.max_relative_sigma, 5),
-            },
-            "link": {key: round(value, 9) if math.isfinite(value) else None for key, value in self.link.items()},
-            "rig": self.identities.rig,
-            "seed": self.identities.seed,
-            "versions": {
-                "rover": self.identities.rover_version,
-                "firmware": self.identities.firmware_version,
-                "firmware_git_hash": self.identities.firmware_git_hash,
-                "board": self.identities.board,
-                "schema_hash": self.identities.schema_hash,
-                "model_hash": self.identities.model_hash,
-                "mission_hash": self.identities.mission_hash,
-            },
-            "wall_clock": None
-            if self.wall_clock is None
-            else {
-                "duration_s": round(self.wall_clock.duration, 2),
-                "speed_factor": round(self.wall_clock.speed_factor, 2),
-            },
-            "real_time": None
-            if self.real_time is None
-            else {
-                "cycles": self.real_time.cycles,
-                "overruns": self.real_time.overruns,
-                "longest_cycle_ms": round(self.real_time.longest_cycle * 1e3, 1),
-                "frames_dropped": self.real_time.frames_dropped,
-            },
-            **({} if self.recovered_until is None else {"recovered_until_s": round(self.recovered_until, 3)}),
-            "out": self.out,
-        }
-
-
-def detection_json(detection: DetectionResult) -> dict[str, Any]:
-    """One detection as in summary.json."""
-    return {
-        "id": detection.id,
-        "class": detection.kind,
-        "p": round(detection.p, 4),
-        "x": round(detection.x, 4),
-        "y": round(detection.y, 4),
-        "sigma_m": round(detection.sigma, 4),
-        "views": detection.views,
-        "zone_radius_m": round(detection.zone_radius, 4),
-        "first_seen_s": round(detection.first_seen, 3),
-        "inspected": detection.inspected,
-        "why_not": detection.why_not,
-        "probabilities": {name: round(value, 4) for name, value in sorted(detection.probabilities.items())},
-    }
-
-
-def goal_json(goal: GoalResult) -> dict[str, Any]:
-    """One goal as in summary.json."""
-    return {
-        "id": goal.id,
-        "x": round(goal.x, 4),
-        "y": round(goal.y, 4),
-        "reached": goal.reached,
-        "kind": goal.kind,
-        "reason": goal.reason,
-        "time_s": _rounded(goal.time, 3),
-    }
-
-
-def _rounded(value: float | None, digits: int) -> float | None:
-    return None if value is None else round(value, digits)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rover.record.epoch import NO_EPOCH
 from rover.report.map_plot import png_bytes, thumbnail
 from rover.report.markup import NOTHING, Html, bullets, join, pairs, paragraph, picture, section, table, tag, text
 from rover.report.result import DetectionResult, GoalKind, GoalResult, RunResult
@@ -15,15 +16,26 @@ MIN_AREA = 0.005
 
 
 def site(result: RunResult) -> Html:
-    """Where, for whom and by whom; nothing where the mission file does not say."""
-    known = result.site
+    """When and where, for whom and by whom; what nobody said is left out, but for when and where."""
+    known, epoch = result.site, result.epoch
     rows = [("Site", known.name), ("Organisation", known.organisation), ("Operator", known.operator)]
+    began, ended = epoch.local(0.0), epoch.local(result.duration)
+    rows.append(("Began", "not known" if epoch == NO_EPOCH else f"{began} ({epoch.utc(0.0)})"))
+    rows.append(("Ended", "not known" if epoch == NO_EPOCH else f"{ended} ({epoch.utc(result.duration)})"))
+    rows.append(("Time told by", epoch.source))
+    rows.append(("Weather, as told by the operator", known.weather))
     if known.origin is not None:
         origin = known.origin
         place = f"{origin.latitude:.7f}, {origin.longitude:.7f} (latitude, longitude; WGS 84)"
-        rows += [("Origin of the map", place), ("Bearing of map +y", f"{origin.bearing_deg:g}° from north")]
+        rows += [("Origin of the map", place), ("Bearing of map +y", f"{origin.bearing_deg:.6g}° from true north")]
+    else:
+        rows.append(("Origin of the map", "local only: the mission file gives no place on the earth"))
+    if known.grid is not None:
+        grid = known.grid
+        given = f"EPSG:{grid.epsg}, {grid.easting:.3f} E {grid.northing:.3f} N"
+        rows.append(("Origin, as the mission file gives it", given))
     told = [(name, text(value)) for name, value in rows if value]
-    return section("Site", "site", pairs(told)) if told else NOTHING
+    return section("When and where", "site", pairs(told))
 
 
 def indications(result: RunResult) -> Html:

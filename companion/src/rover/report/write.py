@@ -10,6 +10,7 @@ from rover.report.geojson import geojson_name, results_geojson
 from rover.report.html import report_html
 from rover.report.map_plot import draw_map, png_bytes
 from rover.report.result import RunResult
+from rover.report.summary import summary
 from rover.whole_file import write_whole
 
 
@@ -26,7 +27,7 @@ def write_run(result: RunResult, out: Path) -> tuple[str, ...]:
         "map.png": lambda: map_png,
         geojson_name(result): lambda: document(results_geojson(result), indent=1).encode("utf-8"),
         "report.html": lambda: report_html(result, map_png).encode("utf-8"),
-        "summary.json": lambda: document(result.summary()).encode("utf-8"),
+        "summary.json": lambda: document(summary(result)).encode("utf-8"),
     }
     lost = (write_or_tell(out / name, content()) for name, content in files.items())
     return tuple(line for line in lost if line is not None)

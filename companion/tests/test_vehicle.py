@@ -12,9 +12,9 @@ from rover.errors import BadInput
 from rover.link.baud import DEFAULT_BAUD
 from rover.toml_file import read_toml
 from rover.vehicle import STANDARD, Vehicle, load_vehicle
+from rover_protocol.parameters import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[2]
-PARAMETERS = (ROOT / "firmware/core/src/parameters.rs").read_text(encoding="utf-8")
 PLANT = (ROOT / "hil_tests/plant/src/config.rs").read_text(encoding="utf-8")
 
 WIDE = """
@@ -82,9 +82,7 @@ def test_the_file_in_the_guide_is_the_standard_rover(tmp_path: Path) -> None:
 
 def parameter(name: str) -> int:
     """The default of a firmware parameter."""
-    found = re.search(rf'"{name}", "[^"]*", \[([0-9_]+),', PARAMETERS)
-    assert found is not None, name
-    return int(found[1].replace("_", ""))
+    return BY_NAME[name].default
 
 
 def plant(name: str) -> float:

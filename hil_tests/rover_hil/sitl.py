@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,14 @@ class SitlRig:
     command = staticmethod(sitl_command)
     """The firmware's program with its first arguments."""
 
-    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str = "serial") -> None:
+    def __init__(
+        self, plant: Plant, camera: dict[str, Any], baud: int, wire: str = "serial", memory: Path | None = None
+    ) -> None:
+        """`memory`: file that the firmware keeps its parameters in, where the rig's board has no flash of its own."""
         self._plant = plant
         self._camera = camera
-        self._process = FirmwareProcess(self.command(), baud, wire)
+        self._memory = memory
+        self._process = FirmwareProcess(self._program(), baud, wire)
         plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno())
         self._pty = PseudoTerminal()
         self.port = self._pty.name
@@ -38,6 +43,10 @@ class SitlRig:
         self._host_base = self._firmware_base = 0
         self._recording = False
         self._from_firmware = bytearray()
+
+    def _program(self) -> list[str]:
+        """The firmware's program with all its arguments."""
+        return [*self.command(), *(["--parameters", str(self._memory)] if self._memory is not None else [])]
 
     @property
     def now_us(self) -> int:
@@ -138,3 +147,6 @@ class EmulatorRig(SitlRig):
 
     name = "emulator"
     command = staticmethod(emulator_command)
+
+    def _program(self) -> list[str]:
+        return self.command()

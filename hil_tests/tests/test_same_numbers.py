@@ -17,8 +17,8 @@ from rover.vehicle import Vehicle
 from rover_hil.ground.placement import MINE_KEEP_OUT_M
 from rover_hil.ground.signature import MINE_RADIUS_M, SURFACE_MINE_RADII_M
 from rover_hil.referee import PATCH_M
-from rover_hil.replay.parameters import DEFINITIONS
 from rover_hil.testing.pins import pins_constant
+from rover_protocol.parameters import BY_NAME
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -41,8 +41,7 @@ def number(source: str, pattern: str) -> float:
 
 def parameter(name: str) -> int:
     """Default of a firmware parameter, in its own unit."""
-    source = DEFINITIONS.read_text(encoding="utf-8")
-    return int(number(source, rf'"{name}", "[^"]+", \[([\d_]+),'))
+    return BY_NAME[name].default
 
 
 def plant_default(field: str) -> float:

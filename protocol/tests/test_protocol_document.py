@@ -71,18 +71,6 @@ def test_the_session_is_what_the_codec_sends() -> None:
         assert bytes.fromhex(wire.strip("`")) == expected, described
 
 
-def test_parameters_are_those_of_the_firmware() -> None:
-    source = (CORE / "parameters.rs").read_text(encoding="utf-8")
-    identifiers = {name: int(number) for name, number in re.findall(r"^    (\w+) = (\d+),$", source, re.MULTILINE)}
-    pattern = r'define\(Parameter::(\w+), "(\w+)", "([^"]+)", \[([\d_]+), ([\d_]+), ([\d_]+)\]\)'
-    defined = [
-        [str(identifiers[key]), name, unit, *(number.replace("_", "") for number in numbers)]
-        for key, name, unit, *numbers in re.findall(pattern, source)
-    ]
-    assert len(defined) == len(identifiers)
-    assert [row[:6] for row in rows("## Parameters")] == defined
-
-
 def test_telemetry_periods_are_those_of_the_firmware() -> None:
     source = (CORE / "telemetry.rs").read_text(encoding="utf-8")
     periods = {name: f"{period} ms" for name, period in re.findall(r"entry\(m::(\w+)::ID, (\d+), \d+\)", source)}

@@ -1,5 +1,5 @@
 """Write the Rust and Python tables of what goes over a wire: messages from protocol/rover.dbc, the tick between a
-simulated rig and its firmware from protocol/rig_tick.toml.
+simulated rig and its firmware from protocol/rig_tick.toml, the firmware's parameters from protocol/parameters.toml.
 
 Run `python -m tools.generate` after a change of either; `--check` only compares and exits with 1 when a checked-in
 file is out of date. Every message is byte-aligned little-endian, which is checked here, so that both codecs stay
@@ -14,9 +14,11 @@ from pathlib import Path
 
 import cantools
 
-from tools.generate import python_messages, python_tick, rust_messages, rust_tick, schema, tick_records
+from tools.generate import parameters, python_messages, python_tick, rust_messages, rust_tick, schema, tick_records
 
 PROTOCOL = Path(__file__).resolve().parents[2] / "protocol"
+ROOT = PROTOCOL.parent
+DOCUMENT = ROOT / "docs" / "reference" / "protocol.md"
 RUST, PYTHON = PROTOCOL / "rust" / "src", PROTOCOL / "python" / "rover_protocol"
 
 
@@ -24,7 +26,11 @@ def generated() -> dict[Path, str]:
     """What each generated file must hold. Raises ValueError or cantools.Error for a description that is wrong."""
     messages = schema.load(PROTOCOL / "rover.dbc")
     ticks = tick_records.load(PROTOCOL / "rig_tick.toml")
+    described = parameters.load(PROTOCOL / "parameters.toml")
     return {
+        ROOT / "firmware" / "core" / "src" / "parameter_table.rs": parameters.render_rust(described),
+        PYTHON / "parameters.py": parameters.render_python(described),
+        DOCUMENT: parameters.render_document(described, DOCUMENT.read_text(encoding="utf-8")),
         RUST / "messages.rs": rust_messages.render(messages),
         PYTHON / "messages.py": python_messages.render(messages),
         RUST / "rig_tick.rs": rust_tick.render(ticks),
@@ -47,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
         path: text for path, text in files.items() if not path.exists() or path.read_text(encoding="utf-8") != text
     }
     for path, text in changed.items():
-        print(f"{path.relative_to(PROTOCOL.parent)}: {'out of date' if options.check else 'written'}")
+        print(f"{path.relative_to(ROOT)}: {'out of date' if options.check else 'written'}")
         if not options.check:
             path.write_text(text, encoding="utf-8")
     return 1 if options.check and changed else 0

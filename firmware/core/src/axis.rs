@@ -101,6 +101,15 @@ impl Axis {
         upper(saturated(self.a >> 6), 274_877_907)
     }
 
+    /// The velocity and acceleration of a wheel, `half_um` to the right of the middle (negative: to the left).
+    pub fn of_wheel(travel: &Self, heading: &Self, half_um: i64) -> Self {
+        Self {
+            v2: travel.v2 + heading.v2 / 1_000_000 * half_um,
+            a: travel.a + heading.a * half_um / 1_000_000,
+            ..Self::default()
+        }
+    }
+
     /// An axis under way, for tests: um/s and um/s^2.
     #[cfg(test)]
     pub fn with(velocity: i64, acceleration: i64) -> Self {
@@ -142,6 +151,14 @@ impl Limits {
             peak.velocity_after(jerk, (-from.a).checked_div(jerk).unwrap_or(0));
         }
         self.allow(&end) && self.allow_velocity(&peak)
+    }
+
+    /// Limits of velocity alone.
+    pub fn of_velocity(velocity: i64) -> Self {
+        Self {
+            velocity,
+            acceleration: i64::MAX,
+        }
     }
 
     /// Whether this very state is inside the limits.

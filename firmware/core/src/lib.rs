@@ -38,6 +38,7 @@ mod log;
 mod motion;
 mod odometry;
 mod parameter_service;
+pub mod parameter_table;
 pub mod parameters;
 mod reports;
 mod segment_inbox;

@@ -134,6 +134,9 @@ pub struct MotionLimits {
     /// um/s^2 and um/s^3.
     pub stop_travel: (i64, i64),
     pub stop_heading: (i64, i64),
+    /// um/s that a wheel reaches with full duty, by the feed-forward.
+    pub wheel: i64,
+    pub half_track_um: i64,
 }
 
 #[derive(Debug, Default)]
@@ -346,7 +349,8 @@ fn end_of(segment: &Segment, mut state: Reference, limits: &MotionLimits) -> Opt
         .hold(&state.travel, segment.jerk_travel, ticks)
         && limits
             .heading
-            .hold(&state.heading, segment.jerk_heading, ticks);
+            .hold(&state.heading, segment.jerk_heading, ticks)
+        && wheels_hold(segment, &state, limits, ticks);
     if !held {
         return None;
     }
@@ -354,6 +358,18 @@ fn end_of(segment: &Segment, mut state: Reference, limits: &MotionLimits) -> Opt
     state.heading.velocity_after(segment.jerk_heading, ticks);
     state.partial(segment, segment.duration_us % 1000);
     Some(state)
+}
+
+/// Each axis may be within its limits and a wheel still have to turn faster than its motor can.
+fn wheels_hold(segment: &Segment, from: &Reference, limits: &MotionLimits, ticks: i64) -> bool {
+    let wheel = Limits::of_velocity(limits.wheel);
+    [limits.half_track_um, -limits.half_track_um]
+        .iter()
+        .all(|half_um| {
+            let axis = Axis::of_wheel(&from.travel, &from.heading, *half_um);
+            let jerk = segment.jerk_travel + segment.jerk_heading * half_um / 1_000_000;
+            wheel.hold(&axis, jerk, ticks)
+        })
 }
 
 /// A segment that rests ends with exactly zero; None if that would be a jump.

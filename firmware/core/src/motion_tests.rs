@@ -13,6 +13,8 @@ const LIMITS: MotionLimits = MotionLimits {
     },
     stop_travel: (800_000, 6_000_000),
     stop_heading: (4_000_000, 8_000_000),
+    wheel: 450_000,
+    half_track_um: 100_000,
 };
 
 /// SplitMix64.
@@ -259,4 +261,24 @@ fn the_queue_holds_at_least_sixty_four_segments_and_then_says_so() {
     };
     assert_eq!((accepted, refusal), (64, Refusal::QueueFull));
     assert_eq!((motion.queued(), motion.free_slots()), (64, 0));
+}
+
+/// Accelerates for `ms` under both jerks (um/s^3, urad/s^3).
+fn pushes(travel: i32, heading: i32, ms: u32) -> Result<(), Refusal> {
+    let segment = Segment::new(0, ms * 1000, travel, heading, 1);
+    Motion::default().accept(segment, Some(1_000_000), &LIMITS)
+}
+
+#[test]
+fn a_wheel_is_not_asked_for_more_than_its_motor_can() {
+    // 0.7 s of jerk j end at 0.245 j: 0.30 m/s alone, and with 1.96 rad/s, which is 0.50 m/s at the outer wheel.
+    assert_eq!(pushes(1_225_000, 0, 700), Ok(()));
+    assert_eq!(pushes(0, 8_000_000, 700), Ok(()));
+    for heading in [8_000_000, -8_000_000] {
+        assert_eq!(pushes(1_225_000, heading, 700), Err(Refusal::BeyondLimits));
+        assert_eq!(pushes(-1_225_000, heading, 700), Err(Refusal::BeyondLimits));
+    }
+    // 0.44 m/s straight on, and 0.48, which the limit of travel alone would let pass.
+    assert_eq!(pushes(1_800_000, 0, 700), Ok(()));
+    assert_eq!(pushes(1_960_000, 0, 700), Err(Refusal::BeyondLimits));
 }

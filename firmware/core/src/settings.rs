@@ -82,7 +82,18 @@ impl Settings {
                     value(Parameter::StopHeadingAcceleration),
                     value(Parameter::StopHeadingJerk),
                 ),
+                wheel: wheel_speed(parameters),
+                half_track_um: value(Parameter::TrackUm) / 2,
             },
         }
     }
+}
+
+/// What a wheel reaches with full duty by the feed-forward, um/s; without one nobody knows, and nothing is held back.
+fn wheel_speed(parameters: &Parameters) -> i64 {
+    const FULL: i64 = 32_767;
+    let left = FULL - parameters.value(Parameter::FeedStatic);
+    (left * 1_000_000)
+        .checked_div(parameters.value(Parameter::FeedVelocity))
+        .unwrap_or(i64::MAX)
 }

@@ -55,7 +55,8 @@ def serve(options: Options) -> None:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="rover-rig-")))
         camera, control = folder / "camera.sock", folder / "control.sock"
         kind = FAULTY_RIGS[options.rig]
-        rig = stack.enter_context(closing(kind(plant, describe_camera(model), mission.rover.baud, options.transport)))
+        described, baud = describe_camera(model), mission.rover.baud
+        rig = stack.enter_context(closing(kind(plant, described, baud, options.transport, folder / "parameters")))
         world = RealTime(rig, stack.enter_context(closing(FramePublisher(camera))), options.paused)
         socket = stack.enter_context(closing(ControlSocket(control)))
 

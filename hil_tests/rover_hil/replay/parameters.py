@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
-from rover_protocol import framing, messages
+from rover_protocol import framing, messages, parameters
 from rover_protocol.rig_tick import TickReply, TickRequest
 
-from rover_hil.firmware_process import ROOT, FirmwareProcess
+from rover_hil.firmware_process import FirmwareProcess
 
-DEFINITIONS = ROOT / "firmware" / "core" / "src" / "parameters.rs"
 TICKS_EACH = 100
 BOOT_TICKS = 50
 BATTERY_MV = 7400
 STATUS = messages.VALUES["ParameterValue"]["status"]
 
 
-def known_parameters() -> dict[str, int]:
-    """Names of the firmware's parameters and their numbers, from its source; empty without it."""
-    try:
-        source = DEFINITIONS.read_text(encoding="utf-8")
-    except OSError:
-        return {}
-    numbers = dict(re.findall(r"^\s+(\w+) = (\d+),", source, re.MULTILINE))
-    names = re.findall(r"Parameter::(\w+),\s*\"(\w+)\"", source) or re.findall(r"(\w+),\s*\"(\w+)\"", source)
-    return {name: int(numbers[variant]) for variant, name in names if variant in numbers}
-
-
 def parse_setting(text: str) -> tuple[int, int]:
     """`NAME=VALUE` or `NUMBER=VALUE`. Raises BadInput."""
     key, _, value = text.partition("=")
-    known = known_parameters()
-    identifier = int(key) if key.isdigit() else known.get(key)
-    if identifier is None:
-        raise BadInput(f"--set {text}: no parameter {key!r}; there is {', '.join(known) or 'its number'}")
+    known = parameters.BY_NAME.get(key)
+    if known is None and not key.isdigit():
+        raise BadInput(f"--set {text}: no parameter {key!r}; there is {', '.join(parameters.BY_NAME)}")
     try:
-        return identifier, int(value)
+        return int(key) if known is None else known.identifier, int(value)
     except ValueError:
         raise BadInput(f"--set {text}: a whole number is expected after the =, in the parameter's own unit") from None
 

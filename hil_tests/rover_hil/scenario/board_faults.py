@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rover_plant import Plant
@@ -32,8 +33,10 @@ class Outage:
 class FaultyRig(SitlRig):
     """A rig whose board can be made to fail."""
 
-    def __init__(self, plant: Plant, camera: dict[str, Any], baud: int, wire: str) -> None:
-        super().__init__(plant, camera, baud, wire)
+    def __init__(
+        self, plant: Plant, camera: dict[str, Any], baud: int, wire: str, memory: Path | None = None
+    ) -> None:
+        super().__init__(plant, camera, baud, wire, memory)
         self._baud = baud
         self._wire_kind = wire
         self._outage: Outage | None = None
@@ -86,7 +89,7 @@ class FaultyRig(SitlRig):
         self._plant.attach_sitl(self._process.stdin.fileno(), self._process.stdout.fileno(), self._from_host)
 
     def _restart_command(self, cause: str) -> list[str]:
-        return [*self.command(), "--reset-cause", cause]
+        return [*self._program(), "--reset-cause", cause]
 
 
 class FaultyEmulatorRig(FaultyRig, EmulatorRig):

@@ -36,6 +36,7 @@ COMMANDS: Mapping[str, str] = {
     "detect": "Candidates in pictures, and their classes.",
     "grid": "Pictures to a binary occupancy grid.",
     "status": "Why a rover stopped, asked over its port.",
+    "param": "The firmware's parameters by name.",
     "flash": "Writes the firmware to the board and asks it for its self-test.",
     "doctor": "What is installed, what is connected.",
     "link": "Measures the link to the firmware.",

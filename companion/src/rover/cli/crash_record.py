@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from rover.cli.connection import connected
 from rover.cli.output import write_json, write_text
-from rover.link.clock import WallClock
 from rover.link.crash import Crash, clear_crash, read_crash
-from rover.link.opening import open_frames
-from rover.link.session import Link
 
 
 def show(port: str, baud: int, clear: bool, as_json: bool) -> int:
     """Asks and prints; `clear` forgets it afterwards. Raises PreflightFailed, LinkLost."""
-    clock = WallClock()
-    link = Link(open_frames(port, baud, clock), clock)
-    try:
-        link.connect()
+    with connected(port, baud) as link:
         crash = read_crash(link)
         if clear:
             clear_crash(link)
-    finally:
-        link.close()
     if as_json:
         write_json(document(crash))
     else:

@@ -173,9 +173,13 @@ class Link:
             identifier, timeout, lambda: self._send("ParameterSet", identifier=identifier, value=value)
         )
 
-    def save_parameters(self) -> None:
-        """Makes the parameters survive a power cycle."""
-        self._send("ParameterCommand", command=messages.PARAMETER_COMMAND_SAVE)
+    def request_parameter(self, identifier: int) -> None:
+        """Asks for a parameter without waiting: the answer comes by `poll`."""
+        self._send("ParameterGet", identifier=identifier)
+
+    def command_parameters(self, command: int) -> None:
+        """A ParameterCommand, without waiting: save, defaults or load. The answer comes by `poll`."""
+        self._send("ParameterCommand", command=command)
 
     def set_telemetry_period(self, message: str, period: float) -> None:
         """Period of one telemetry message in seconds; 0 switches it off."""

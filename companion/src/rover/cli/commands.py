@@ -21,6 +21,7 @@ from rover.errors import Aborted
 COMMANDS: Mapping[str, str] = {
     "run": "A mission, start to report.",
     "tell": "Says something to a mission on its way.",
+    "console": "The operator's page, in a browser.",
     "recover": "Report and survey of a run that was cut off.",
     "replay": "A recorded stream back into a rig, compared.",
     "when": "Which hours to survey, and how deep mines show then.",

@@ -13,8 +13,9 @@ from rover.errors import BadInput
 HELP = """Say something to a running mission, over the local socket in its run's folder.
 
 pause: stand and wait; go: drive on; home: end the survey and drive back to the launch; skip ID: leave a goal out
-(place-3, operator-1); stop: end where it stands, as Ctrl-C; state: ask only. Who may write into the run's folder may
-say this. Exit code 2 when no mission runs there, 7 when it does not answer.
+(place-3, operator-1); stop: end where it stands, as Ctrl-C; emergency: cut the motors at once, as Ctrl-C twice; state:
+ask only. Who may write into the run's folder may say this. Exit code 2 when no mission runs there, 7 when it does not
+answer.
 
 \b
 Examples:
@@ -29,7 +30,7 @@ STATE = "state"
 
 def command(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the running mission.")],
-    word: Annotated[str, typer.Argument(metavar="WORD", help="pause, go, home, skip, stop or state.")],
+    word: Annotated[str, typer.Argument(metavar="WORD", help="pause, go, home, skip, stop, emergency or state.")],
     goal: Annotated[str, typer.Argument(metavar="[ID]", help="The goal, with skip.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:

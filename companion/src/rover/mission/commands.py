@@ -8,13 +8,17 @@ from rover.str_enum import StrEnum
 
 
 class Word(StrEnum):
-    """pause: stand and wait. go: drive on. home: end the survey and drive back. skip: leave a goal out. stop: end."""
+    """pause: stand and wait. go: drive on. home: end the survey and drive back. skip: leave a goal out. stop: end.
+
+    emergency: cut the motors at once, and end.
+    """
 
     PAUSE = "pause"
     GO = "go"
     HOME = "home"
     SKIP = "skip"
     STOP = "stop"
+    EMERGENCY = "emergency"
 
 
 @dataclass(frozen=True)

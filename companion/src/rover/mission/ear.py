@@ -1,7 +1,8 @@
 """The socket of `rover tell` in a run's folder: JSON lines, each answered with one, by the mission's own loop.
 
 A thread takes the lines; nothing is done or answered but in the loop's cycle, so a mission that was told something is
-replayed as it was driven.
+replayed as it was driven. A client that says {"op": "watch"} is told from then on how the mission goes, a message a
+line, by `rover.mission.watchers`: nothing of that reaches the loop.
 """
 
 from __future__ import annotations
@@ -18,12 +19,16 @@ from pathlib import Path
 from typing import Any
 
 from rover.errors import BadInput, LinkLost
+from rover.mission.watchers import Watchers
 
 SOCKET = "tell.sock"
 MAX_LINE_BYTES = 4096
 # Seconds that a client waits: the loop answers within a cycle, unless it is planning or arming.
 ANSWER_WITHIN_S = 5.0
 MAX_CLIENTS = 8
+# Of those so many may watch: there is always room for one who says stop.
+MAX_WATCHERS = 4
+WATCH = "watch"
 
 Answer = dict[str, Any]
 
@@ -49,10 +54,11 @@ class Request:
 
 
 class Ear:
-    """Listens while the block runs. `requests`: what was asked and waits for an answer."""
+    """Listens while the block runs. `requests`: what was asked and waits for an answer. `watchers`: who looks on."""
 
     def __init__(self, folder: Path) -> None:
         self.requests: queue.SimpleQueue[Request] = queue.SimpleQueue()
+        self.watchers = Watchers(MAX_WATCHERS)
         self.path = folder / SOCKET
         self._room = threading.BoundedSemaphore(MAX_CLIENTS)
         self._listener: socket.socket | None = None
@@ -69,6 +75,7 @@ class Ear:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.watchers.close()
         if self._listener is not None:
             with suppress(OSError):
                 self._listener.shutdown(socket.SHUT_RDWR)
@@ -99,33 +106,50 @@ class Ear:
             with client, client.makefile("rb") as lines:
                 client.settimeout(60.0)
                 while line := lines.readline(MAX_LINE_BYTES):
-                    client.sendall(json.dumps(self._answer(line), ensure_ascii=False).encode() + b"\n")
+                    answer = self._answer(line)
+                    if answer is None:
+                        self.watchers.serve(client)
+                        return
+                    client.sendall(json.dumps(answer, ensure_ascii=False).encode() + b"\n")
         except (OSError, ValueError):
             return  # the client has gone
         finally:
             self._room.release()
 
-    def _answer(self, line: bytes) -> Answer:
+    def _answer(self, line: bytes) -> Answer | None:
+        """None for a client that wants to watch."""
         try:
             content = json.loads(line)
         except (ValueError, RecursionError):
             return {"ok": False, "error": "not a line of JSON"}
         if not isinstance(content, dict):
             return {"ok": False, "error": 'a JSON object is expected, as {"op": "pause"}'}
+        if content.get("op") == WATCH:
+            return None
         request = Request(content)
         self.requests.put(request)
         return request.wait()
 
 
+def connect(run: Path) -> socket.socket:
+    """A connection to the mission in a run's folder. Raises OSError."""
+    client = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        client.settimeout(ANSWER_WITHIN_S)
+        _in_folder(run / SOCKET, client.connect)
+    except BaseException:
+        client.close()
+        raise
+    return client
+
+
 def ask(run: Path, content: dict[str, Any]) -> Answer:
     """Asks the mission in a run's folder. Raises BadInput when none runs there, LinkLost when it does not answer."""
-    path = run / SOCKET
     if not run.is_dir():
         raise BadInput(f"{run}: no such folder; the folder of a running mission is expected")
     try:
-        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client:
+        with connect(run) as client:
             client.settimeout(2.0 * ANSWER_WITHIN_S)
-            _in_folder(path, client.connect)
             client.sendall(json.dumps(content).encode() + b"\n")
             with client.makefile("rb") as lines:
                 answer = json.loads(lines.readline())

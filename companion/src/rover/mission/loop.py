@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from rover.capture.frame import Frame
 from rover.detection.place import Anchor
 from rover.errors import BadInput, LinkLost, PreflightFailed, SafetyStop
 from rover.link.firmware_document import firmware_document, in_words
@@ -21,6 +22,7 @@ from rover.mission.commands import Command, Word
 from rover.mission.ear import Ear
 from rover.mission.fault_table import CHECKS, Check
 from rover.mission.goals import GoalState
+from rover.mission.moment import moment_of
 from rover.mission.operator import remaining_s, situation, tell
 from rover.mission.orders import Orders
 from rover.mission.survey import Survey
@@ -121,6 +123,7 @@ class MissionLoop:
         self._noted = 0
         self._decisions = 0
         self._obeyed = (False, False, False)
+        self._frame: Frame | None = None
         self._places: list[dict[str, Any]] = []
 
     def drive(self) -> None:
@@ -193,6 +196,16 @@ class MissionLoop:
         if self._on_status is not None and now >= self._status_due:
             self._status_due = now + STATUS_PERIOD
             self._on_status(self._status(now))
+        self._frame = frames[-1] if frames else self._frame
+        self._show(now)
+
+    def _show(self, now: float) -> None:
+        """To those who look on, if there are any and it is time: what they are told changes nothing here."""
+        if self._ear is None or not self._ear.watchers.due():
+            return
+        told = {"mission": self._told(), "status": asdict(self._status(now)), "firmware": self._firmware()}
+        moment = moment_of(self.survey, told, self.track, self._frame, self._ear.watchers.map_due())
+        self._ear.watchers.show(moment)
 
     def _carry_out(self, orders: Orders) -> None:
         if orders.stop:
@@ -212,21 +225,24 @@ class MissionLoop:
 
     def _obey_operator(self) -> None:
         control = self._control
+        while control.commands:
+            self._obey(control.commands.popleft())
+        answers = [
+            (each, self._answer(each.content)) for each in (self._ear.waiting() if self._ear is not None else ())
+        ]
         wanted = (control.stop, control.emergency, control.attended)
         if wanted != self._obeyed:
             self._obeyed = wanted
             content = {"stop": wanted[0], "emergency": wanted[1], "attended": wanted[2]}
             self.journal.event(OPERATOR, self.rig.now(), content)
         self.survey.attended = control.attended
-        while control.commands:
-            self._obey(control.commands.popleft())
-        for request in self._ear.waiting() if self._ear is not None else ():
-            request.reply(self._answer(request.content))
         if self._control.emergency:
             self.link.emergency_stop()
             self.survey.outcome = Outcome(RunStatus.ABORTED, "emergency stop by the operator")
         elif self._control.stop:
             self.survey.abort(Outcome(RunStatus.ABORTED, "ended by the operator"))
+        for request, answer in answers:
+            request.reply(answer if not control.emergency else {**answer, "says": situation(self.survey)})
 
     def _obey(self, command: Command) -> None:
         """Says it to the survey, and notes that it was said: a replay says it in the same cycle. Raises BadInput."""
@@ -237,7 +253,9 @@ class MissionLoop:
         """To a line that came over the socket."""
         try:
             word, goal = content.get("op"), content.get("id", "")
-            if word in list(Word):
+            if word == Word.EMERGENCY:
+                self._control.emergency = True
+            elif word in list(Word):
                 self._obey(Command(Word(word), goal if isinstance(goal, str) else str(goal)))
             elif word not in ("state", "status"):
                 raise BadInput(f"{word}: not known; say {', '.join(('state', 'status', *Word))}")

@@ -17,7 +17,11 @@ from rover.mission.former_run import FILES as FORMER_FILES
 from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 
 RUNS = Path("runs")
+# Characters of a mission's name that its folders carry.
+MAX_NAME = 80
 RIG_LOG = "rig.log"
+# What people say of a run's indications, see `rover.console.judgement`.
+JUDGEMENTS = "judgements.jsonl"
 # What the rig says until the pre-flight check has passed.
 _RIG_LOG_BEFORE = ".rig.log.part"
 
@@ -32,6 +36,7 @@ RUN_FILES = (
     WORLD_FILE,
     LOCAL_FILE,
     "trajectory.tum",
+    JUDGEMENTS,
     *FORMER_FILES,
     "truth.tum",
     "truth.json",
@@ -42,12 +47,12 @@ RUN_FILES = (
 )
 
 
-def new_folder(mission: str, now: datetime) -> Path:
-    """A name that no run has had: date, time and mission. `now`: local time."""
-    name = re.sub(r"[^\w.-]+", "-", mission).strip("-.") or "mission"
+def new_folder(mission: str, now: datetime, runs: Path = RUNS) -> Path:
+    """A name in `runs` that no run has had: date, time and mission. `now`: local time."""
+    name = re.sub(r"[^\w.-]+", "-", mission)[:MAX_NAME].strip("-.") or "mission"
     stem = f"{now:%Y%m%d-%H%M%S}-{name}"
     names = (stem if number == 1 else f"{stem}-{number}" for number in range(1, 10_000))
-    return next(RUNS / each for each in names if not (RUNS / each).exists())
+    return next(runs / each for each in names if not (runs / each).exists())
 
 
 def check_free(path: Path, force: bool) -> None:

@@ -42,6 +42,11 @@ class Track:
         """(N, 4): time, x, y, heading."""
         return np.array(self._fused, dtype=np.float64).reshape(-1, 4)
 
+    def thinned(self, most: int) -> list[tuple[float, float, float, float]]:
+        """At most so many points of `fused`, evenly apart in time, the last one among them."""
+        step = max(1, math.ceil(len(self._fused) / most))
+        return self._fused[::-step][::-1]
+
     @property
     def wheels(self) -> NDArray[np.float64]:
         """(N, 4), from wheel odometry alone."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
+from datetime import date
+from datetime import time as clock
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from rover.console.estimate import estimate
 from rover.console.sessions import Refused
 from rover.errors import BadInput, NoPath
 from rover.mission.config import SECTIONS, SHIPPED, Mission, from_document
+from rover.record.strict_json import finite
 from rover.whole_file import write_whole
 
 if sys.version_info >= (3, 11):
@@ -60,8 +63,9 @@ class Missions:
         """What `rover run` would make of a mission file: `problem` is its one line, "" when all is well."""
         told: dict[str, Any] = {"name": name, "text": text, "document": {}, "problem": "", "mission": None}
         try:
-            told["document"] = document(text)
-            mission = self._mission(told["document"], name)
+            content = document(text)
+            told["document"] = _plain(content)
+            mission = self._mission(content, name)
             told["mission"], told["estimate"] = summary(mission), estimate(mission, self._runs)
         except (BadInput, NoPath) as error:
             told["problem"] = str(error).replace(f"{self.folder}/", "")
@@ -97,6 +101,17 @@ def document(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise BadInput(f"not TOML: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    """The same as JSON has it: dates and times as text, numbers that are none as null."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, date | clock):
+        return value.isoformat()
+    return finite(value)
 
 
 def rendered(content: dict[str, Any]) -> str:

@@ -27,7 +27,7 @@ from rover.mission.moment import OBSTACLES, SEEN, SEEN_ALPHA, encoded, seen_plac
 from rover.mission.origin import CAMERA_FILE
 from rover.record.log_reader import Log, LogMessage
 from rover.record.strict_json import finite
-from rover.record.topics import CAMERA_THERMAL, GRID, PLACES, POSE
+from rover.record.topics import CAMERA_FRAME, CAMERA_THERMAL, GRID, PLACES, POSE
 from rover.report.map_plot import png_bytes
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
@@ -35,7 +35,7 @@ from rover.vision.camera.model import CameraModel
 PLAN, EVENTS = "/plan/path", "/log"
 BATTERY, VELOCITY = "/telemetry/Battery", "/telemetry/Velocity"
 OCCUPIED = 100
-TOPICS = (POSE, PLAN, EVENTS, PLACES, GRID, CAMERA_THERMAL, BATTERY, VELOCITY)
+TOPICS = (POSE, PLAN, EVENTS, PLACES, GRID, CAMERA_FRAME, CAMERA_THERMAL, BATTERY, VELOCITY)
 MAX_POINTS = 4000
 # Pictures kept of one run, evenly apart; those of so many runs.
 MAX_PICTURES = 800
@@ -57,6 +57,7 @@ class Replay:
     battery: list[tuple[float, float]] = field(default_factory=list)
     speed: list[tuple[float, float]] = field(default_factory=list)
     pictures: list[tuple[float, bytes]] = field(default_factory=list)
+    _exposed: float = 0.0
     _every: int = 1
     _came: int = 0
 
@@ -80,6 +81,8 @@ class Replay:
             self.speed.append((time, json.loads(message.data)["measured_travel"]))
         elif message.topic == GRID:
             self.maps.append({"t": time, **_map(Grid.FromString(message.data))})
+        elif message.topic == CAMERA_FRAME:
+            self._exposed = json.loads(message.data)["exposure_us"] * 1e-6
         elif message.topic == CAMERA_THERMAL:
             self._picture(RawImage.FromString(message.data))
 
@@ -115,9 +118,8 @@ class Replay:
         self._came += 1
         if (self._came - 1) % self._every:
             return
-        stamp = image.timestamp.seconds + image.timestamp.nanos * 1e-9
         counts = np.frombuffer(image.data, "<u2").reshape(image.height, image.width)
-        self.pictures.append((stamp, png_bytes(stretched(counts)[0])))
+        self.pictures.append((self._exposed, png_bytes(stretched(counts)[0])))
         if len(self.pictures) > MAX_PICTURES:
             self.pictures, self._every = self.pictures[::2], 2 * self._every
 

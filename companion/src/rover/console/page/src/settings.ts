@@ -21,6 +21,8 @@ const GROUPS: [Key, Entry[]][] = [
     { table: "site", key: "name", label: "site_name", kind: "text" },
     { table: "site", key: "organisation", label: "organisation", kind: "text" },
     { table: "site", key: "operator", label: "operator", kind: "text" },
+    { table: "site", key: "date", label: "date", kind: "text" },
+    { table: "site", key: "weather", label: "weather", kind: "text" },
     { table: "site", key: "origin", label: "latitude", kind: "number", index: 0 },
     { table: "site", key: "origin", label: "longitude", kind: "number", index: 1 },
     { table: "site", key: "bearing_deg", label: "bearing", kind: "number" },

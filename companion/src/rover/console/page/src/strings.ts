@@ -22,7 +22,7 @@ const en = {
   import_none: "No shapes in {name}", import_bad: "{name} cannot be read: {why}",
   file_name: "File name", max_duration: "Time limit, s", required_coverage: "Required coverage, %",
   return_home: "Come home at the end",
-  site: "Site", site_name: "Place", organisation: "Organisation", operator: "Operator",
+  site: "Site", weather: "Weather", site_name: "Place", organisation: "Organisation", operator: "Operator",
   latitude: "Origin, latitude", longitude: "Origin, longitude", bearing: "Bearing of +y, °",
   launch: "Launch", launch_x: "x, m", launch_y: "y, m", launch_heading: "Heading, °",
   lanes: "Lanes", lane_width: "Width, m", lane_heading: "Heading, °", lane_overlap: "Overlap, m",

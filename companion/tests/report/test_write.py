@@ -15,7 +15,7 @@ from rover.report.write import write_run
 
 from companion.tests.report.sample_run import make_result
 
-FILES = {"summary.json", "map.png", "report.html", "detections.local.json"}
+FILES = {"summary.json", "map.png", "report.html", "detections.local.json", "detections.csv"}
 CONTRACT = {
     "status", "duration_s", "distance_m", "detections", "goals", "collisions", "keepout_violations",
     "unseen_ground_m2", "min_clearance_m", "localization", "out",

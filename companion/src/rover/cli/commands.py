@@ -24,6 +24,8 @@ COMMANDS: Mapping[str, str] = {
     "console": "The operator's page, in a browser.",
     "recover": "Report and survey of a run that was cut off.",
     "replay": "A recorded stream back into a rig, compared.",
+    "compare": "What differs between two surveys of one field.",
+    "verify": "A run's files against its manifest and signature.",
     "when": "Which hours to survey, and how deep mines show then.",
     "plan": "A path through goals on a map.",
     "trajectory": "A path to constant-jerk segments.",

@@ -37,6 +37,7 @@ Examples:
   rover run field.toml --data ~/pictures --quiet
   rover run field.toml --rig device --port /dev/ttyACM0 --camera-source v4l2:/dev/video0
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
+  rover run field.toml --key operator.pem      signs what the run leaves, see rover verify
   rover run demo --json | jq '.detections[] | [.class, .x, .y]'
 """
 
@@ -65,6 +66,10 @@ def command(
     resume: Annotated[
         Path | None,
         typer.Option(metavar="RUN", help="Folder of an earlier run of this field: go on with what it has learned."),
+    ] = None,
+    key: Annotated[
+        Path | None,
+        typer.Option(envvar="ROVER_KEY", metavar="FILE", help="Operator's Ed25519 key: signs the run's manifest."),
     ] = None,
     attended: Annotated[
         bool | None,
@@ -110,6 +115,7 @@ def command(
             on_status=view.show,
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,
+            key=key,
         )
     for line in result.unwritten:
         say(line)

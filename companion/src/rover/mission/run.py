@@ -39,6 +39,7 @@ from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.epoch import Epoch, simulated_epoch, system_epoch
+from rover.record.manifest import private_key
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
 from rover.report.result import RealTime, RunResult, WallClock
@@ -129,12 +130,14 @@ def run_mission(
     on_status: Callable[[Status], None] | None = None,
     on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
+    key: Path | None = None,
 ) -> RunResult:
     """One whole mission; its folder `out` is complete when this returns, however the mission ended.
 
     `out`: new or empty; with `force` what an earlier run left there goes once the pre-flight check has passed. When
     that fails, nothing is made and nothing is gone. What could not be written is named in the result.
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
+    `key`: of the operator, to sign the run's manifest with.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
     Raises BadInput for what the user can correct, PreflightFailed when the rover may not start, and Aborted when it is
@@ -157,6 +160,7 @@ def run_mission(
     elif port is not None:
         transport = "can" if isinstance(parse_port(port), CanPort) else "serial"
     cv2.setNumThreads(1)
+    signer = None if key is None else private_key(key)
     camera = load_camera(mission.rover.camera)
     if resume is not None and resume.resolve() == out.resolve():
         raise BadInput(f"--out {out}: the run to go on from is there; name another folder")
@@ -193,7 +197,7 @@ def run_mission(
         result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out, driven.epoch)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-        return write_outputs(result, survey, driven.track)
+        return write_outputs(result, survey, driven.track, signer)
 
 
 def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:

@@ -14,7 +14,10 @@ from pathlib import Path
 from rover.errors import BadInput
 from rover.mission.ear import SOCKET
 from rover.mission.former_run import FILES as FORMER_FILES
+from rover.record.manifest import MANIFEST, SIGNATURE
 from rover.report.geojson import LOCAL_FILE, WORLD_FILE
+from rover.report.imsma import FILE as CSV_FILE
+from rover.report.kml import WORLD_FILE as KML_FILE
 
 RUNS = Path("runs")
 # Characters of a mission's name that its folders carry.
@@ -35,6 +38,8 @@ RUN_FILES = (
     "map.yaml",
     WORLD_FILE,
     LOCAL_FILE,
+    KML_FILE,
+    CSV_FILE,
     "trajectory.tum",
     JUDGEMENTS,
     *FORMER_FILES,
@@ -44,6 +49,8 @@ RUN_FILES = (
     "rig.json",
     SOCKET,
     RIG_LOG,
+    MANIFEST,
+    SIGNATURE,
 )
 
 

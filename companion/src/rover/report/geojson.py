@@ -28,8 +28,8 @@ LOCAL_FILE = "detections.local.json"
 Project = Callable[[float, float], list[float]]
 
 
-def projection(reference: Georeference | None) -> Project:
-    """Function from map x, y to GeoJSON coordinates.
+def projection(reference: Georeference | None, digits: int = 9) -> Project:
+    """Function from map x, y to GeoJSON coordinates, degrees rounded to `digits` (9: a tenth of a millimetre).
 
     A field is a plane that touches the ellipsoid at the map's origin: over 100 m that is exact to a millimetre.
     """
@@ -46,7 +46,7 @@ def projection(reference: Georeference | None) -> Project:
         east, north = c * x + s * y, -s * x + c * y
         latitude = reference.latitude + math.degrees(north / along)
         longitude = reference.longitude + math.degrees(east / (across * math.cos(latitude_rad)))
-        return [round(longitude, 9), round(latitude, 9)]
+        return [round(longitude, digits), round(latitude, digits)]
 
     return project
 

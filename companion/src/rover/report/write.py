@@ -8,6 +8,10 @@ from pathlib import Path
 from rover.record.strict_json import document
 from rover.report.geojson import geojson_name, results_geojson
 from rover.report.html import report_html
+from rover.report.imsma import FILE as CSV_FILE
+from rover.report.imsma import detections_csv
+from rover.report.kml import WORLD_FILE as KML_FILE
+from rover.report.kml import results_kml
 from rover.report.map_plot import draw_map, png_bytes
 from rover.report.result import RunResult
 from rover.report.summary import summary
@@ -26,6 +30,8 @@ def write_run(result: RunResult, out: Path) -> tuple[str, ...]:
     files: dict[str, Callable[[], bytes]] = {
         "map.png": lambda: map_png,
         geojson_name(result): lambda: document(results_geojson(result), indent=1).encode("utf-8"),
+        **({} if result.site.origin is None else {KML_FILE: lambda: results_kml(result)}),
+        CSV_FILE: lambda: detections_csv(result),
         "report.html": lambda: report_html(result, map_png).encode("utf-8"),
         "summary.json": lambda: document(summary(result)).encode("utf-8"),
     }

@@ -13,6 +13,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from rover.errors import BadInput
 from rover.geometry import Pose2
+from rover.mission.config import Plates
 from rover_hil.figure_file import write_figure
 from rover_hil.ground import build
 from rover_hil.ground.__main__ import main
@@ -34,6 +35,7 @@ def mission(hour=13.0, soil="loam", size=(3.0, 4.0), goals=((2.0, 2.5),), known=
         time_of_day_s=hour * 3600.0,
         goals=goals,
         area=SimpleNamespace(width=size[0], height=size[1], obstacles=known),
+        plates=Plates(),
         launch=SimpleNamespace(pose=Pose2(0.4, 0.4, 0.8), surveyed_radius=0.25),
         field=SimpleNamespace(soil=soil, **settings),
     )

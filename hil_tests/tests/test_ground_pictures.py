@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rover.errors import BadInput
 from rover.geometry import Pose2
+from rover.mission.config import Plates
 from rover_hil.ground import build
 from rover_hil.ground.mosaic import MAX_BOX_M, cuttings
 from rover_hil.ground.pictures import TEXTURE_KELVIN, deviations, outside_boxes, read_index
@@ -29,6 +30,7 @@ def mission(**field):
         time_of_day_s=13 * 3600.0,
         goals=((2.0, 2.5),),
         area=SimpleNamespace(width=3.0, height=4.0, obstacles=()),
+        plates=Plates(),
         launch=SimpleNamespace(pose=Pose2(0.4, 0.4, 0.8), surveyed_radius=0.25),
         field=SimpleNamespace(soil="loam", **settings),
     )

@@ -20,7 +20,7 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.checks import Checks
 from rover.mission.config import Mission, from_document
 from rover.mission.goals import Goal
-from rover.mission.keepout import KeepOut
+from rover.mission.keepout import KeepOut, Zone
 from rover.mission.orders import Orders
 from rover.mission.perception import PLACED_SIGMA, Perception
 from rover.mission.phase import Phase
@@ -87,6 +87,10 @@ class ImaginedPerception:
     @property
     def placed(self) -> bool:
         return self.relative_sigma <= PLACED_SIGMA
+
+    @property
+    def zones(self) -> list[Zone]:
+        return self.keepout.active
 
     def shift(self) -> None:
         return None

@@ -14,6 +14,7 @@ from rover.errors import BadInput
 from rover_hil.ground.mosaic import choose_cuttings, lay_cutting, lay_soil, measured_contrast
 from rover_hil.ground.pictures import TEXTURE_KELVIN, read_index
 from rover_hil.ground.placement import Circle, Point, Site, check_known, place
+from rover_hil.ground.plates import lay_plates, plate_temperature
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.signature import (
     MINE_RADIUS_M,
@@ -123,6 +124,7 @@ def site_of(mission: Mission) -> Site:
         launch=(float(mission.launch.pose.x), float(mission.launch.pose.y)),
         goals=tuple((float(x), float(y)) for x, y in mission.goals),
         known=tuple((float(x), float(y), float(r)) for x, y, r in mission.area.obstacles),
+        bare=tuple((x, y, math.sqrt(0.5) * mission.plates.side) for x, y in mission.plates.places),
     )
 
 
@@ -186,6 +188,7 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
     ).reshape(-1, 4)
     all_kinds = ("rock",) * len(site.known) + kinds
     lay_obstacles(temperature, height, grid, obstacles, all_kinds, now, looks)
+    lay_plates(temperature, height, grid, mission.plates, plate_temperature(hour))
     return Ground(
         temperature=temperature,
         height=height,
@@ -279,11 +282,7 @@ def _lay_pictures(
         contrast = measured_contrast(deviation, grid, centre, cutting.half)
         depth = cutting.entry.depth
         # A box on the surface frames the casing; a buried one frames a signature wider than the mine.
-        radius = (
-            float(np.clip(0.25 * (cutting.box[2] + cutting.box[3]), 0.05, 0.08))
-            if depth == 0
-            else MINE_RADIUS_M
-        )
+        radius = float(np.clip(0.25 * (cutting.box[2] + cutting.box[3]), 0.05, 0.08)) if depth == 0 else MINE_RADIUS_M
         kind = "surface" if depth == 0.0 else "buried"
         mines.append(Mine(i + 1, *centre, radius, depth, kind, round(contrast, 4)))
     source = {

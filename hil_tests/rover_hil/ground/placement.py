@@ -24,6 +24,9 @@ MIN_OBSTACLE_GAP_M = 0.60
 MIN_OBSTACLE_TO_BORDER_M = 0.10
 LAUNCH_DISC_M = 0.45
 MIN_GOAL_CLEARANCE_M = 0.25
+# From the edge of bare ground to that of an obstacle, and to a mine's centre.
+MIN_TO_BARE_M = 0.20
+MIN_MINE_TO_BARE_M = 0.30
 # Of the disc that must be able to go everywhere: the rover's 0.15 and what it keeps clear.
 DISC_RADIUS_M = 0.25
 MINE_KEEP_OUT_M = 0.15
@@ -37,13 +40,15 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Site:
-    """What placement must respect: the area from (0, 0), the launch point, goals and known obstacles."""
+    """What placement must respect: the area from (0, 0), the launch point, goals, known obstacles, bare ground."""
 
     width: float
     height: float
     launch: Point
     goals: tuple[Point, ...]
     known: tuple[Circle, ...]
+    # Discs that nothing lies on: marker plates.
+    bare: tuple[Circle, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,6 +74,7 @@ def obstacle_fits(site: Site, circle: Circle, others: Sequence[Circle], mines: S
         and all(_distance(circle, goal) >= r + MIN_GOAL_CLEARANCE_M for goal in site.goals)
         and all(_distance(circle, other) >= r + other[2] + MIN_OBSTACLE_GAP_M for other in others)
         and all(_distance(circle, mine) >= r + MIN_MINE_TO_OBSTACLE_M for mine in mines)
+        and all(_distance(circle, other) >= r + other[2] + MIN_TO_BARE_M for other in site.bare)
     )
 
 
@@ -81,6 +87,7 @@ def mine_fits(site: Site, mine: Point, others: Sequence[Point], obstacles: Seque
         and all(_distance(mine, goal) >= MIN_MINE_TO_GOAL_M for goal in site.goals)
         and all(_distance(mine, other) >= MIN_MINE_SPACING_M for other in others)
         and all(_distance(mine, obstacle) >= obstacle[2] + MIN_MINE_TO_OBSTACLE_M for obstacle in obstacles)
+        and all(_distance(mine, other) >= other[2] + MIN_MINE_TO_BARE_M for other in site.bare)
     )
 
 
@@ -93,17 +100,13 @@ def is_connected(site: Site, obstacles: Sequence[Circle], mines: Sequence[Point]
     blocked = [*site.known, *obstacles, *((x, y, MINE_KEEP_OUT_M) for x, y in mines)]
     after, at_end = _reachable(site, blocked, cell)
     still_free = before & at_end
-    if any(
-        before[_cell_of(site, goal, cell)] and not after[_cell_of(site, goal, cell)] for goal in site.goals
-    ):
+    if any(before[_cell_of(site, goal, cell)] and not after[_cell_of(site, goal, cell)] for goal in site.goals):
         return False
     enough = np.count_nonzero(after) >= MIN_CONNECTED_SHARE * np.count_nonzero(still_free)
     return bool(at_start.any() and enough)
 
 
-def _reachable(
-    site: Site, blocked: Sequence[Circle], cell: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _reachable(site: Site, blocked: Sequence[Circle], cell: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Cells (rows, columns) where the disc may stand and that it can reach from the launch; where it may stand."""
     columns, rows = round(site.width / cell), round(site.height / cell)
     x = (np.arange(columns) + 0.5)[None, :] * cell
@@ -141,13 +144,9 @@ def check_known(site: Site) -> None:
     for i, (x, y, r) in enumerate(site.known):
         for j, goal in enumerate(site.goals):
             if _distance(goal, (x, y)) < r:
-                raise BadInput(
-                    f"mission.goals[{j}] {list(goal)} lies inside area.obstacles[{i}]: move the goal"
-                )
+                raise BadInput(f"mission.goals[{j}] {list(goal)} lies inside area.obstacles[{i}]: move the goal")
         if _distance(site.launch, (x, y)) < r:
-            raise BadInput(
-                f"launch point {list(site.launch)} lies inside area.obstacles[{i}]: move the launch"
-            )
+            raise BadInput(f"launch point {list(site.launch)} lies inside area.obstacles[{i}]: move the launch")
 
 
 def place(

@@ -38,6 +38,7 @@ from rover.report.result import (
     MapLayers,
     ObstacleResult,
     ObstacleSource,
+    PlateResult,
     RunResult,
     Safety,
     TimelineEntry,
@@ -260,4 +261,8 @@ def _localization(survey: Survey, track: Track, out: Path) -> Localization:
         rejected=survey.perception.rejected,
         final_sigma=track.final_sigma,
         max_sigma=track.max_sigma,
+        plates=tuple(
+            PlateResult(plate.x, plate.y, plate.seen, plate.off)
+            for plate in survey.perception.markers.told(survey.perception.localizer)
+        ),
     )

@@ -34,6 +34,9 @@ MIN_FIELD_SIDE_M = 1.2
 MAX_SIDE_M = 100.0
 # An outline around less encloses no room for the rover.
 MIN_AREA_M2 = 0.25
+# How far outside the area a marker plate is still seen, and how near to each other two can be told apart, metres.
+PLATES_BEYOND_M = 0.5
+PLATES_APART_M = 1.5
 
 # What tells the rover where it is: frames always do.
 SOURCES = ("wheels", "frames")
@@ -48,6 +51,7 @@ SECTIONS = {
     "launch": ("x_m", "y_m", "heading_deg", "surveyed_radius_m"),
     "rover": ("vehicle", "camera", "camera_source", "preprocess", "cruise_speed_m_s", "baud"),
     "localization": ("sources",),
+    "markers": ("plates", "side_m"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
     "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
 }
@@ -102,6 +106,14 @@ class DetectorSettings:
 
 
 @dataclass(frozen=True)
+class Plates:
+    """Marker plates, square, flat on the ground: where their middles lie in map, and their side; metres."""
+
+    places: tuple[tuple[float, float], ...] = ()
+    side: float = 0.20
+
+
+@dataclass(frozen=True)
 class FieldSettings:
     """What lies in the simulated field; only simulated rigs read it."""
 
@@ -130,6 +142,7 @@ class Mission:
     detector: DetectorSettings
     field: FieldSettings
     sources: tuple[str, ...] = SOURCES
+    plates: Plates = Plates()
 
 
 def load(path: str | Path) -> Mission:
@@ -167,6 +180,7 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
         launch=launch,
         rover=rover,
         sources=_sources(tables["localization"]),
+        plates=_plates(tables["markers"], area),
         detector=_detector(tables["detector"], file),
         field=_field(tables["field"], area),
     )
@@ -290,6 +304,25 @@ def _sources(table: Table) -> tuple[str, ...]:
     if "frames" not in named:
         raise table.error("sources", 'needs "frames": wheels alone lose their way within metres')
     return named
+
+
+def _plates(table: Table, area: Area) -> Plates:
+    places = tuple((x, y) for x, y in table.rows("plates", ("x", "y"), -1e4, 1e4))
+    for number, (x, y) in enumerate(places, start=1):
+        if not _inside(area, x, y, -PLATES_BEYOND_M):
+            raise table.error(
+                "plates",
+                f"entry {number}: ({x:g}, {y:g}) lies more than {PLATES_BEYOND_M:g} m outside the area, "
+                "where the camera never looks",
+            )
+        for other in places[: number - 1]:
+            if math.dist((x, y), other) < PLATES_APART_M:
+                raise table.error(
+                    "plates",
+                    f"entry {number}: ({x:g}, {y:g}) is nearer than {PLATES_APART_M:g} m to another one; "
+                    "they could not be told apart",
+                )
+    return Plates(places, table.number("side_m", 0.12, 0.5, Plates().side))
 
 
 def _detector(table: Table, file: Path) -> DetectorSettings:

@@ -24,11 +24,13 @@ from rover.mapping.parallax import Parallax
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
 from rover.mission.goals import Goal
-from rover.mission.keepout import KeepOut
+from rover.mission.keepout import KeepOut, Zone
+from rover.mission.markers import Markers
 from rover.mission.surroundings import among_things
 from rover.record.relative_error import RelativePose
 from rover.vehicle import Vehicle
 from rover.vision.camera.model import CameraModel
+from rover.vision.localization.cold_plate import without
 from rover.vision.localization.fix import Fix
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.localizer import Localizer
@@ -83,6 +85,7 @@ class Perception:
         self.grid = SurveyGrid(area.width, area.height)
         self.evidence = Evidence(EvidenceSettings(report_threshold=mission.detector.report_threshold))
         self.keepout = KeepOut(mission.detector.keepout_radius)
+        self.markers = Markers(mission.plates, camera, mission.time_of_day_s / 3600.0)
         self.battery: Battery | None = None
         self.last_fix: Fix | None = None
         self.released: set[int] = set()
@@ -146,8 +149,7 @@ class Perception:
         return [
             place
             for place in self._places_inside()
-            if self._is_suspected(place)
-            or (place.views >= AVOIDED_VIEWS and place.mine_probability >= AVOIDED_FROM)
+            if self._is_suspected(place) or (place.views >= AVOIDED_VIEWS and place.mine_probability >= AVOIDED_FROM)
         ]
 
     def _is_suspected(self, place: Place) -> bool:
@@ -161,6 +163,11 @@ class Perception:
     def indications(self) -> list[Place]:
         """Places inside the area that are reported as indications of a mine."""
         return [place for place in self.suspected if place.indication]
+
+    @property
+    def zones(self) -> list[Zone]:
+        """Where no wheel goes: around what may be a mine, and on marker plates."""
+        return self.keepout.active + self.markers.zones(self.localizer)
 
     @property
     def footprint(self) -> NDArray[np.float64]:
@@ -187,7 +194,11 @@ class Perception:
     def see(self, frame: Frame, now: float) -> bool:
         """One frame: where was it taken, what does it show? True when the map has changed."""
         self.frames += 1
+        plates = self.markers.recognised(self.markers.find(frame), self.localizer.pose_at(frame.time), self.sigma)
+        frame = without(frame, [spot for _, spot in plates])
         self.last_fix = self.localizer.observe(frame)
+        if self.last_fix.accepted and self.placed:
+            self.markers.tie(plates, self.localizer.pose_at(frame.time), self.localizer)
         self._follow_submaps()
         if self.last_fix.accepted:
             self.fixes += 1
@@ -212,9 +223,7 @@ class Perception:
     def _see_what_stands(self, frame: Frame, pose: Pose2) -> None:
         own = self.localizer.inside(pose)
         places = [self.localizer.inside(Pose2(place.x, place.y, 0.0)) for place in self.avoided]
-        found = self.parallax.integrate(
-            frame, self.camera, own, [(place.x, place.y) for place in places], MINE_EDGE_M
-        )
+        found = self.parallax.integrate(frame, self.camera, own, [(place.x, place.y) for place in places], MINE_EDGE_M)
         self.parallax.bear(own.x, own.y, self.vehicle.radius)
         if found is not None:
             self.grid.stand(found)

@@ -191,12 +191,12 @@ class Survey:
         grid = self.perception.grid
         if seen is None:
             area = self.contacts.added_to(self.mission.area)
-            return self._space.now(self.perception.keepout.active, area, self.perception.sigma)
+            return self._space.now(self.perception.zones, area, self.perception.sigma)
         return free_space(
             grid.occupied,
             seen,
             grid.resolution,
-            self.perception.keepout.active,
+            self.perception.zones,
             self.contacts.added_to(self.mission.area),
             self.mission.launch,
             self.vehicle,

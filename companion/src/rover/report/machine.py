@@ -39,11 +39,21 @@ def localisation(result: RunResult) -> Html:
         ("Position ±1σ at the end", _error(figures.final_sigma)),
         ("Position ±1σ, largest", _error(figures.max_sigma)),
         ("Position among the ground around ±1σ, largest", _error(figures.max_relative_sigma)),
+        ("Position measured from", text(figures.held_by)),
+    ]
+    rows += [
+        (f"Plate at ({plate.x:g}, {plate.y:g})", text(_sight(plate.seen, plate.off))) for plate in figures.plates
     ]
     note = NOTHING
     if not result.identities.simulated:
         note = paragraph("On a real field the true path is not known: σ is the rover's own estimate.", "faint")
     return section("Localisation", "localisation", pairs(rows), note)
+
+
+def _sight(seen: bool, off: float | None) -> str:
+    if not seen:
+        return "not seen"
+    return "seen in an earlier run" if off is None else f"seen, the map was {100.0 * off:.1f} cm off at first sight"
 
 
 def link(result: RunResult) -> Html:

@@ -144,11 +144,21 @@ class Found:
 
 
 @dataclass(frozen=True)
+class PlateResult:
+    """A marker plate. seen: the map is tied to it; off: how far from it the map was at its first sight, metres."""
+
+    x: float
+    y: float
+    seen: bool
+    off: float | None = None
+
+
+@dataclass(frozen=True)
 class Localization:
     """How well the rover knew where it was: RMS errors in metres (simulated rigs), fixes of the camera.
 
-    ate_rmse, sigma: in map, which is tied to the launch; relative_rmse, inside_95, max_relative_sigma: among the things
-    and the ground around the rover (`rover.record.relative_error`).
+    ate_rmse, sigma: in map, which is tied to the launch and to the plates that were seen; relative_rmse, inside_95,
+    max_relative_sigma: among the things and the ground around the rover (`rover.record.relative_error`).
     """
 
     ate_rmse: float | None = None
@@ -160,6 +170,13 @@ class Localization:
     relative_rmse: float | None = None
     inside_95: float | None = None
     max_relative_sigma: float | None = None
+    plates: tuple[PlateResult, ...] = ()
+
+    @property
+    def held_by(self) -> str:
+        """What the position in map is measured from."""
+        seen = sum(plate.seen for plate in self.plates)
+        return f"launch and {seen} of {len(self.plates)} plates" if self.plates else "launch"
 
 
 @dataclass(frozen=True)

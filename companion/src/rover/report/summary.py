@@ -51,6 +51,11 @@ def summary(result: RunResult) -> dict[str, Any]:
             "relative_rmse_m": _rounded(result.localization.relative_rmse, 5),
             "inside_95": _rounded(result.localization.inside_95, 4),
             "max_relative_sigma_m": _rounded(result.localization.max_relative_sigma, 5),
+            "held_by": result.localization.held_by,
+            "plates": [
+                {"x": plate.x, "y": plate.y, "seen": plate.seen, "off_m": _rounded(plate.off, 4)}
+                for plate in result.localization.plates
+            ],
         },
         "link": {key: round(value, 9) if math.isfinite(value) else None for key, value in result.link.items()},
         "rig": result.identities.rig,

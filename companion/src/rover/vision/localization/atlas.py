@@ -17,7 +17,7 @@ from rover.vision.camera.model import CameraModel
 from rover.vision.localization.keyframe_map import KeyframeMap, SubmapRecord
 from rover.vision.localization.keyframes import OF_ANOTHER_RUN, KeyframeSettings, KeyframeStore
 from rover.vision.localization.pose_filter import Moved, PoseFilter, relative_pose
-from rover.vision.localization.submap_graph import SubmapGraph, edge_between
+from rover.vision.localization.submap_graph import SubmapGraph, Tie, edge_between
 
 Array = NDArray[np.float64]
 
@@ -126,16 +126,21 @@ class Atlas:
         self.active = number
         if not sure:
             return
-        edge = edge_between(
-            left, (before.pose, before.pose_covariance), number, (inside.pose, inside.pose_covariance)
-        )
+        edge = edge_between(left, (before.pose, before.pose_covariance), number, (inside.pose, inside.pose_covariance))
         if not self.graph.knows(edge):
             self.graph.close(edge)
             self.moves += 1
 
-    def as_seen_with(
-        self, point: tuple[float, float], number: int, moved: Moved
-    ) -> tuple[float, Pose2, Array] | None:
+    def tie(self, point: tuple[float, float], sigma: float, known: tuple[float, float]) -> None:
+        """The rover, where the filter has it, sees at `point` in base_link, with 1σ, a point that is known in map."""
+        pose, covariance = self.here.filter.pose, self.here.filter.pose_covariance
+        x, y = pose.transform(np.array([point]))[0].tolist()
+        by_pose = np.array([[1.0, 0.0, pose.y - y], [0.0, 1.0, x - pose.x]])
+        spread = by_pose @ covariance @ by_pose.T + np.eye(2) * sigma**2
+        if self.graph.tie(Tie(self.active, (x, y), known, spread)):
+            self.moves += 1
+
+    def as_seen_with(self, point: tuple[float, float], number: int, moved: Moved) -> tuple[float, Pose2, Array] | None:
         """The rover as `moved` since the filter's time, in the frame of the first keyframe of a submap with a point.
 
         point: in map. Returns the keyframe's time, the pose, and the covariance (2, 2) of its position.

@@ -33,6 +33,7 @@ from rover.vision.localization.settings import NOWHERE, LocalizerSettings
 
 Array = NDArray[np.float64]
 
+
 class Localizer:
     """Pose of base_link in map with its covariance; the pose from the wheels alone is kept beside it."""
 
@@ -108,6 +109,10 @@ class Localizer:
         if self._near is None:
             return self._front_covariance
         return self.filter.relative_covariance(self._near, self._front)
+
+    def tie(self, point: tuple[float, float], sigma: float, known: tuple[float, float]) -> None:
+        """A point (base_link, metres, 1σ) of the frame that was just observed is one of known place in map."""
+        self.atlas.tie(point, sigma, known)
 
     def as_seen_with(self, point: tuple[float, float], submap: int) -> tuple[float, Pose2, Array] | None:
         """The newest pose in the frame of the first keyframe of a submap that shows a point of the map.

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 # Two edges between the same submaps nearer to each other than this, metres, say the same.
 EDGE_SPACING_M = 1.0
+# Share of the variance that a sight of a known point must have of the former one to take its place.
+BETTER_TIE = 0.7
 MAX_ITERATIONS = 20
 # Metres and radians: a smaller step ends the iteration.
 SMALL_STEP = 1e-7
@@ -104,10 +106,21 @@ class SubmapGraph:
         self.edges.append(edge)
         self.solve()
 
-    def tie(self, tie: Tie) -> None:
-        """Takes a point of known place, and moves all submaps to where they fit best."""
-        self.ties.append(tie)
+    def tie(self, tie: Tie) -> bool:
+        """Takes a point of known place, and moves all submaps to where they fit best.
+
+        False, and nothing moves, where the same point has been seen in that submap about as well before: frames of one
+        place repeat each other's errors.
+        """
+        same = [n for n, one in enumerate(self.ties) if (one.submap, one.known) == (tie.submap, tie.known)]
+        if same:
+            if float(tie.covariance.trace()) > BETTER_TIE * float(self.ties[same[0]].covariance.trace()):
+                return False
+            self.ties[same[0]] = tie
+        else:
+            self.ties.append(tie)
         self.solve()
+        return True
 
     def solve(self) -> None:
         """Moves the submaps to the least squares of all edges, ties and the launch."""

@@ -142,13 +142,75 @@ def bend_speeds(
     share: NDArray[np.float64],
     travel: tuple[float, float],
     heading: tuple[float, float],
+    former: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Speeds and accelerations (N + 1) at the nodes of N curves."""
+    """Speeds and accelerations (N + 1) at the nodes of N curves. `former`: most, share and speed at the nodes of the same
+    curves, to begin with."""
 
-def drive_bend(
-    state: tuple[float, ...],
-    curves: NDArray[np.float64],
-    travel: tuple[float, float],
-    heading: tuple[float, float],
-) -> tuple[NDArray[np.int64], tuple[float, ...]]:
-    """Segments (3 N, 3) along N curves, and the state at their end."""
+def averaged(
+    axis: tuple[
+        NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]
+    ],
+    u: NDArray[np.float64],
+    window: NDArray[np.float64],
+    slope: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(K, 10): the average of polylines and its first four derivatives at K places; see rover.motion.path.average."""
+
+def heading_splines(
+    length: NDArray[np.float64], angle: NDArray[np.float64], ends: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(N, 4): curvature at both ends of N curves and its slope at both. `ends`: curves up to the end of each run."""
+
+def curve_points(curves: NDArray[np.float64], chords: int) -> NDArray[np.float64]:
+    """((chords + 1) N, 2): the ends of equal parts of N curves (N, 9)."""
+
+class RowMark:
+    """A place in a row of segments."""
+
+    @property
+    def segments(self) -> int:
+        """How many come before."""
+
+class SegmentRow:
+    """Segments in the making: whole numbers, and the exact state and pose at their end."""
+
+    def __init__(self, x: float, y: float, heading: float) -> None: ...
+    @property
+    def state(self) -> tuple[float, float, float, float, float, float, float]:
+        """x, y, heading, speed, acceleration, turn rate, turn acceleration at the end."""
+
+    def __len__(self) -> int: ...
+    def add(self, duration_us: int, jerk_travel: int, jerk_heading: int) -> None:
+        """One segment: µs, and millionths of the SI unit."""
+
+    def follow(self, curves: NDArray[np.float64], travel: tuple[float, float], heading: tuple[float, float]) -> None:
+        """Three segments for each of N curves (N, 10)."""
+
+    def rest(self) -> None:
+        """What was added last ends at rest; what comes next begins a run."""
+
+    def mark(self) -> RowMark:
+        """To come back to."""
+
+    def reset(self, mark: RowMark) -> None:
+        """Forgets what was added after the mark."""
+
+    def fields(self, first: int) -> NDArray[np.int64]:
+        """(N, 5) from segment number `first` on."""
+
+def segment_magnitudes(fields: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(N, 7): speed, acceleration, jerk, turn rate, turn acceleration, turn jerk, lateral acceleration at most."""
+
+def segments_way(
+    fields: NDArray[np.int64], pose: tuple[float, float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], list[float]]:
+    """Poses (N + 1, 3), points (M, 2), segment of each (M,), bulges (M - 1,), and the largest magnitudes."""
+
+def way_beside(
+    way: tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]],
+    line: tuple[NDArray[np.float64], NDArray[np.float64]],
+    starts: NDArray[np.int64],
+    legs: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """(M - 1,) metres, no less than the distance from the way between M points to the legs that its piece runs along."""

@@ -143,7 +143,7 @@ fn jerks_to(begin: [f64; 2], end: [f64; 2], ways: [f64; 2], t: f64, most: f64) -
 }
 
 /// The state at the end of a segment: exact, but for the position, by three-point Gauss quadrature.
-fn advance(state: &mut State, segment: &Segment) {
+pub fn advance(state: &mut State, segment: &Segment) {
     let t = segment[0] as f64 * 1e-6;
     let (j, i) = (segment[1] as f64 * 1e-6, segment[2] as f64 * 1e-6);
     let (v, a, w, b) = (

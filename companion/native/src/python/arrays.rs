@@ -61,3 +61,14 @@ pub fn reshaped<'py, T: numpy::Element + Copy>(
     let array = PyArray1::from_slice(py, values);
     numpy::PyArrayMethods::reshape(&array, [values.len() / columns, columns])
 }
+
+/// (N, 2) as pairs.
+pub fn pairs(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
+    require(array.shape()[1] == 2, "two columns")?;
+    let rows = array.as_array();
+    Ok(rows
+        .rows()
+        .into_iter()
+        .map(|row| [row[0], row[1]])
+        .collect())
+}

@@ -1,14 +1,16 @@
-//! Speeds and segments of bends, for Python's trajectories.
+//! Bends, for Python's trajectories: averages, splines, speeds.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::motion::bend::{drive, Curve, State};
-use crate::motion::fastest::{fastest, Bend};
+use crate::motion::average;
+use crate::motion::curves;
+use crate::motion::fastest::{fastest, Former};
 use crate::motion::limits::{Axis, Limits};
-use crate::python::arrays::{require, reshaped};
+use crate::motion::rows::Bend;
+use crate::python::arrays::{pairs, require, reshaped};
 
-fn limits_of(travel: (f64, f64), heading: (f64, f64)) -> PyResult<Limits> {
+pub fn limits_of(travel: (f64, f64), heading: (f64, f64)) -> PyResult<Limits> {
     let all = [travel.0, travel.1, heading.0, heading.1];
     require(
         all.iter().all(|each| each.is_finite() && *each > 0.0),
@@ -21,10 +23,16 @@ fn limits_of(travel: (f64, f64), heading: (f64, f64)) -> PyResult<Limits> {
     })
 }
 
+type FormerSpeeds<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
 type Speeds<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
 /// (N + 1,) speeds and accelerations at the nodes of N curves; SI. `thirds`: (N, 2) second derivative of curvature at the
 /// beginning and at the end of each curve; `travel`, `heading`: most acceleration and jerk.
+/// `former`: most speed, share and speed at the nodes of the same curves, to begin with.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn bend_speeds<'py>(
@@ -37,6 +45,7 @@ pub fn bend_speeds<'py>(
     share: PyReadonlyArray1<'py, f64>,
     travel: (f64, f64),
     heading: (f64, f64),
+    former: Option<FormerSpeeds<'py>>,
 ) -> PyResult<Speeds<'py>> {
     let limits = limits_of(travel, heading)?;
     let (length, curvature, slope) = (length.as_slice()?, curvature.as_slice()?, slope.as_slice()?);
@@ -70,64 +79,117 @@ pub fn bend_speeds<'py>(
         most,
         share,
     };
-    let (speed, acceleration) = fastest(&bend, &limits);
+    let former = match &former {
+        None => None,
+        Some((most, share, speed)) => {
+            let (most, share, speed) = (most.as_slice()?, share.as_slice()?, speed.as_slice()?);
+            let same = [most, share, speed].iter().all(|each| each.len() == nodes);
+            require(same, "values at every node")?;
+            Some(Former { most, share, speed })
+        }
+    };
+    let (speed, acceleration) = fastest(&bend, &limits, former.as_ref());
     Ok((
         PyArray1::from_vec(py, speed),
         PyArray1::from_vec(py, acceleration),
     ))
 }
 
-type Motion = (f64, f64, f64, f64, f64, f64, f64);
-type Driven<'py> = (Bound<'py, PyArray2<i64>>, Motion);
-
-/// (3 N, 3) durations in µs and jerks in millionths of the SI unit along N curves, and the state at their end.
-///
-/// `state`: x, y, heading, speed, acceleration, turn rate, turn acceleration; `curves` (N, 10): x, y, heading, length and
-/// angle of each, speed, acceleration, curvature and its slope at its end, length of the piece behind it.
+/// (K, 10): the average of polylines and its first four derivatives, x and y each, at K places `u` of an axis; see
+/// average.py. `axis`: arc lengths (N,), points (N, 2), legs (N,), vertices (M,), changes of direction (M, 2).
 #[pyfunction]
-pub fn drive_bend<'py>(
+pub fn averaged<'py>(
     py: Python<'py>,
-    state: Motion,
-    curves: PyReadonlyArray2<'py, f64>,
-    travel: (f64, f64),
-    heading: (f64, f64),
-) -> PyResult<Driven<'py>> {
-    let limits = limits_of(travel, heading)?;
-    require(curves.shape()[1] == 10, "ten columns for each curve")?;
-    let (x, y, direction, speed, acceleration, turn_rate, turn_acceleration) = state;
-    let mut state = State {
-        x,
-        y,
-        heading: direction,
-        speed,
-        acceleration,
-        turn_rate,
-        turn_acceleration,
+    axis: Axes<'py>,
+    u: PyReadonlyArray1<'py, f64>,
+    window: PyReadonlyArray1<'py, f64>,
+    slope: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (way, points, legs, at, change) = &axis;
+    let (points, change) = (pairs(points)?, pairs(change)?);
+    let axis = average::Axis {
+        u: way.as_slice()?,
+        points: &points,
+        legs: legs.as_slice()?,
+        at: at.as_slice()?,
+        change: &change,
     };
-    let mut found = Vec::with_capacity(9 * curves.shape()[0]);
+    let (u, window, slope) = (u.as_slice()?, window.as_slice()?, slope.as_slice()?);
+    let count = axis.u.len();
+    let fits = |leg: &i64| *leg >= 0 && (*leg as usize) + 1 < count;
+    require(
+        points.len() == count && axis.legs.len() == count && axis.legs.iter().all(fits),
+        "a leg that leads on for each point",
+    )?;
+    require(change.len() == axis.at.len(), "a change for each vertex")?;
+    require(
+        window.len() == u.len() && slope.len() == u.len() && window.iter().all(|w| *w > 0.0),
+        "a window for each place",
+    )?;
+    let places = u.iter().zip(window).zip(slope);
+    let found = places.flat_map(|((u, w), slope)| average::averaged(&axis, *u, *w, *slope));
+    let found: Vec<f64> = found.flatten().collect();
+    reshaped(py, &found, 10)
+}
+
+type Axes<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray1<'py, i64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+);
+
+/// (N, 4): curvature at both ends of N curves, and its slope at both, of the cubic spline of heading over arc length of
+/// each run. `ends`: the number of curves up to the end of each run.
+#[pyfunction]
+pub fn heading_splines<'py>(
+    py: Python<'py>,
+    length: PyReadonlyArray1<'py, f64>,
+    angle: PyReadonlyArray1<'py, f64>,
+    ends: PyReadonlyArray1<'py, i64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (length, angle, ends) = (length.as_slice()?, angle.as_slice()?, ends.as_slice()?);
+    let ascending = ends.windows(2).all(|pair| pair[0] < pair[1]);
+    require(
+        ends.first().is_none_or(|end| *end > 0)
+            && ascending
+            && ends.last().map_or(0, |end| *end as usize) == length.len()
+            && angle.len() == length.len(),
+        "runs of curves, with an angle for each curve",
+    )?;
+    let mut spline = curves::Spline::default();
+    let mut begin = 0;
+    for end in ends.iter().map(|end| *end as usize) {
+        curves::add_run(&mut spline, &length[begin..end], &angle[begin..end]);
+        begin = end;
+    }
+    let each = |i: usize| [spline.k0[i], spline.k1[i], spline.r0[i], spline.r1[i]];
+    let found: Vec<f64> = (0..length.len()).flat_map(each).collect();
+    reshaped(py, &found, 4)
+}
+
+/// ((chords + 1) N, 2): the ends of equal parts of N curves. `curves` (N, 9): x, y, heading, length, curvature and its
+/// slope at the beginning, third derivative of heading on three equal parts.
+#[pyfunction]
+pub fn curve_points<'py>(
+    py: Python<'py>,
+    curves: PyReadonlyArray2<'py, f64>,
+    chords: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    require(curves.shape()[1] == 9, "nine columns for each curve")?;
+    require(chords > 0, "at least one chord")?;
+    let mut found = Vec::with_capacity(2 * (chords + 1) * curves.shape()[0]);
     for row in curves.as_array().rows() {
-        let curve = Curve {
-            x: row[0],
-            y: row[1],
+        let curve = curves::Curve {
+            at: [row[0], row[1]],
             heading: row[2],
             length: row[3],
-            angle: row[4],
-            speed: row[5],
-            acceleration: row[6],
-            curvature: row[7],
-            slope: row[8],
-            ahead: row[9],
+            curvature: row[4],
+            slope: row[5],
+            thirds: [row[6], row[7], row[8]],
         };
-        found.extend(drive(&mut state, &curve, &limits).iter().flatten());
+        found.extend(curve.points(chords).flatten());
     }
-    let end = (
-        state.x,
-        state.y,
-        state.heading,
-        state.speed,
-        state.acceleration,
-        state.turn_rate,
-        state.turn_acceleration,
-    );
-    Ok((reshaped(py, &found, 3)?, end))
+    reshaped(py, &found, 2)
 }

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
 from rover.errors import BadInput
 
 MIN_DURATION_US = 1_000
@@ -47,24 +49,26 @@ class Segment:
                 raise BadInput(f"jerk of {name} must fit 24 bits, not {jerk}")
 
     @classmethod
-    def rows(cls, rows: Sequence[tuple[int, int, int, bool, bool]]) -> list[Segment]:
-        """Many at once, the fields in order; the same as making each by itself, in half the time."""
-        if not rows:
-            return []
-        durations, travel, heading, _, _ = zip(*rows, strict=True)
-        jerks = (*travel, *heading)
-        fits = min(durations) >= MIN_DURATION_US and max(durations) <= MAX_DURATION_US
-        if not (fits and min(jerks) >= -MAX_JERK - 1 and max(jerks) <= MAX_JERK):
-            return [cls(*row) for row in rows]  # raises at the first that does not fit
+    def rows(cls, rows: NDArray[np.int64]) -> list[Segment]:
+        """Many at once from (N, 5), the fields in order; the same as making each by itself, in half the time."""
+        durations, jerks = rows[:, 0], rows[:, 1:3]
+        fits = len(rows) == 0 or (
+            durations.min() >= MIN_DURATION_US
+            and durations.max() <= MAX_DURATION_US
+            and jerks.min() >= -MAX_JERK - 1
+            and jerks.max() <= MAX_JERK
+        )
         found = []
-        for duration_us, jerk_travel, jerk_heading, begin, rest in rows:
+        for duration_us, jerk_travel, jerk_heading, begin, rest in rows.tolist():
+            if not fits:
+                cls(duration_us, jerk_travel, jerk_heading)  # raises at the first that does not fit
             segment = object.__new__(cls)
             fields = segment.__dict__
             fields["duration_us"] = duration_us
             fields["jerk_travel"] = jerk_travel
             fields["jerk_heading"] = jerk_heading
-            fields["begin"] = begin
-            fields["rest"] = rest
+            fields["begin"] = begin > 0
+            fields["rest"] = rest > 0
             found.append(segment)
         return found
 

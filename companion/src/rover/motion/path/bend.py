@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import rover_native
 from numpy.typing import NDArray
 from rover.motion.path import average
 from rover.motion.path.clearance import ClearanceMap
@@ -49,8 +50,6 @@ STEADY_SHARE, CHANGE_SHARE = 0.9, 0.8
 SHARE = 0.97
 # Curves without room are not driven, but have a speed, m/s.
 SLOWEST_M_S = 0.02
-
-_GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
@@ -251,31 +250,6 @@ def _bending(d1: Array, d2: Array, d3: Array) -> tuple[Array, Array, Array]:
     return curvature, change / speed, speed
 
 
-def _spline(length: Array, angle: Array, owner: NDArray[np.int64]) -> tuple[Array, Array, Array, Array]:
-    """Curvature at both ends of each curve, and its slope at both, (N,) each, of the cubic spline of heading over arc
-    length of each run. A run begins and ends without curvature and without a slope of it."""
-    k0, k1, r0, r1 = (np.zeros(len(length)) for _ in range(4))
-    starts = np.flatnonzero(np.diff(np.concatenate([[-1], owner, [owner[-1] + 1]])))
-    for low, high in itertools.pairwise(starts.tolist()):
-        h, mean = length[low:high].tolist(), (angle[low:high] / length[low:high]).tolist()
-        # Continuity of the second derivative: k[i-1] / h[i-1] + 2 k[i] (1 / h[i-1] + 1 / h[i]) + k[i+1] / h[i] = …
-        upper, right = [0.0], [0.0]
-        for before, behind, a, b in zip(h[:-1], h[1:], mean[:-1], mean[1:], strict=True):
-            pivot = 2.0 / before + 2.0 / behind - upper[-1] / before
-            upper.append(1.0 / (behind * pivot))
-            right.append((3.0 * (a / before + b / behind) - right[-1] / before) / pivot)
-        curvature = [0.0] * (len(h) + 1)
-        for number in range(len(h) - 1, 0, -1):
-            curvature[number] = right[number] - upper[number] * curvature[number + 1]
-        at = np.array(curvature)
-        k0[low:high], k1[low:high] = at[:-1], at[1:]
-        slope = (6.0 * np.array(mean) - 4.0 * at[:-1] - 2.0 * at[1:]) / length[low:high]
-        slope[0] = 0.0
-        r0[low:high] = slope
-        r1[low : high - 1] = slope[1:]
-    return k0, k1, r0, r1
-
-
 class _Curves:
     """Three parts of constant third derivative between each two neighbours of the nodes."""
 
@@ -296,8 +270,9 @@ class _Curves:
         """Headings at the nodes and lengths such that each curve leads from node to node, by `steps` (N, 2)."""
         chord, direction = np.hypot(steps[:, 0], steps[:, 1]), np.arctan2(steps[:, 1], steps[:, 0])
         joined = np.append(self.owner[1:] == self.owner[:-1], False)
+        ends = np.append(np.flatnonzero(~joined[:-1]), len(joined) - 1) + 1
         for number in range(MAX_FITS):
-            self.k0, self.k1, self.r0, self.r1 = _spline(self.length, self.angle, self.owner)
+            self.k0, self.k1, self.r0, self.r1 = rover_native.heading_splines(self.length, self.angle, ends).T
             made = self._points()[:, -1] - self.at
             self.length *= chord / np.maximum(np.hypot(made[:, 0], made[:, 1]), 1e-9)
             if number == MAX_FITS - 1:
@@ -331,16 +306,8 @@ class _Curves:
 
     def _points(self) -> Array:
         """(N, CHORDS + 1, 2): points along each curve at equal distances."""
-        turned, first, second = self._states()
-        thirds, h = self._thirds(), self.length / 3.0
-        at = (np.arange(CHORDS)[:, None] + (_GAUSS + 1.0) / 2.0).ravel() * 3.0 / CHORDS
-        part = np.minimum(at.astype(np.int64), 2)
-        r = (at - part) * h[:, None]
-        heading = turned[:, part] + r * (first[:, part] + r * (second[:, part] / 2.0 + r * thirds[:, part] / 6.0))
-        heading = (heading + self.heading[:, None]).reshape(len(h), CHORDS, -1)
-        scale = self.length[:, None, None] / (2.0 * CHORDS)
-        steps = np.stack([np.cos(heading) @ _GAUSS_WEIGHTS, np.sin(heading) @ _GAUSS_WEIGHTS], axis=-1) * scale
-        return np.concatenate([self.at[:, None], self.at[:, None] + np.cumsum(steps, axis=1)], axis=1)
+        curves = np.column_stack([self.at, self.heading, self.length, self.k0, self.r0, self._thirds()])
+        return rover_native.curve_points(curves, CHORDS).reshape(len(curves), CHORDS + 1, 2)
 
     def peaks(self) -> tuple[Array, Array, Array]:
         """Largest magnitude of curvature, of its slope and of its second derivative on each curve."""

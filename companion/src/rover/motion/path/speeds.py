@@ -18,6 +18,7 @@ from rover.motion.path.piece import Chain, Piece
 from rover.vehicle import Limits
 
 Array = NDArray[np.float64]
+Former = tuple[Sequence[Piece | Chain], Sequence[tuple[Array, Array]]]
 
 # Metres of each line that a change of speed leaves unused, so that rounding never makes it impossible.
 RESERVE_M = 2e-6
@@ -56,10 +57,13 @@ def node_speeds(pieces: Sequence[Piece], limits: Limits, start: float = 0.0, end
     return speeds
 
 
-def part_speeds(parts: Sequence[Piece | Chain], limits: DrivingLimits) -> list[tuple[Array, Array]]:
+def part_speeds(
+    parts: Sequence[Piece | Chain], limits: DrivingLimits, former: Former | None = None
+) -> list[tuple[Array, Array]]:
     """Speeds and accelerations at the ends of each part of a stretch, and at the nodes of its bends (N + 1,).
 
     A bend takes the speed at its ends that the parts beside it leave it, or less; then these have less, too.
+    `former`: parts and speeds of the same stretch, some of which may be driven slower now.
     """
     count = len(parts)
     joint = [0.0] * (count + 1)
@@ -78,7 +82,8 @@ def part_speeds(parts: Sequence[Piece | Chain], limits: DrivingLimits) -> list[t
                 continue
             ends = (joint[number], joint[number + 1])
             if number not in solved or any(solved[number][0][side] > ends[side] for side in (0, -1)):
-                solved[number] = _along(part, ends, limits)
+                before = None if former is None else (former[0][number], former[1][number])
+                solved[number] = _along(part, ends, limits, before)
                 for side, at in ((0, number), (-1, number + 1)):
                     changed |= float(solved[number][0][side]) < joint[at]
                     joint[at] = float(solved[number][0][side])
@@ -94,19 +99,36 @@ def _reached(part: Piece | Chain, here: float, there: float, limits: Limits) -> 
     return there if isinstance(part, Chain) else min(there, _reach(part, here, there, limits))
 
 
-def _along(chain: Chain, ends: tuple[float, float], limits: DrivingLimits) -> tuple[Array, Array]:
-    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends."""
-    most = np.minimum(np.append(chain.most, ends[1]), np.append(ends[0], chain.most))
-    share = np.minimum(np.append(chain.share, 1.0), np.append(1.0, chain.share))
+def _along(
+    chain: Chain,
+    ends: tuple[float, float],
+    limits: DrivingLimits,
+    former: tuple[Piece | Chain, tuple[Array, Array]] | None,
+) -> tuple[Array, Array]:
+    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends. `former`: the
+    same bend before it was made slower, and its speeds."""
+    begin = None
+    if former is not None and isinstance(former[0], Chain):
+        before, speeds = former
+        if before is chain and (speeds[0][0], speeds[0][-1]) == ends:
+            return speeds
+        begin = (*_allowed(before, (float(speeds[0][0]), float(speeds[0][-1]))), speeds[0])
+    most, share = _allowed(chain, ends)
     curvature, slope = chain.at_nodes()
-    speeds, accelerations = rover_native.bend_speeds(
+    found, accelerations = rover_native.bend_speeds(
         chain.length, curvature, slope, chain.thirds[:, [0, -1]], most, share,
-        (limits.travel.acceleration, limits.travel.jerk), (limits.heading.acceleration, limits.heading.jerk),
+        (limits.travel.acceleration, limits.travel.jerk), (limits.heading.acceleration, limits.heading.jerk), begin,
     )  # fmt: skip
     for side, end in zip((0, -1), ends, strict=True):
-        if speeds[side] > (1.0 - SAME_SPEED) * end:
-            speeds[side] = end
-    return speeds, accelerations
+        if found[side] > (1.0 - SAME_SPEED) * end:
+            found[side] = end
+    return found, accelerations
+
+
+def _allowed(chain: Chain, ends: tuple[float, float]) -> tuple[Array, Array]:
+    """The most speed at each node, and the share of the limits."""
+    most = np.minimum(np.append(chain.most, ends[1]), np.append(ends[0], chain.most))
+    return most, np.minimum(np.append(chain.share, 1.0), np.append(1.0, chain.share))
 
 
 def _reach(piece: Piece, here: float, there: float, limits: Limits) -> float:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +23,10 @@ from rover.motion.path.speeds import part_speeds
 from rover.motion.profile import Axis, MotionError, to_position, to_speed
 from rover.motion.segment import MIN_DURATION_US, Segment, State
 from rover.motion.stop import stop_segments
-from rover.motion.trajectory.row import Mark, Row
+from rover.motion.trajectory.row import Row
 from rover.motion.trajectory.slowing import MAX_SLOWDOWNS, Excess, gentler
 from rover.vehicle import Limits
+from rover_native import RowMark
 
 Array = NDArray[np.float64]
 
@@ -36,26 +38,32 @@ MAX_OVERSHOOT_M = 1e-4
 MIN_AIM_M, MAX_AIM_RAD = 0.3, 5e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """Segments from rest to rest, beginning at (x, y) with `heading`.
 
+    `fields` (N, 5): of each segment, as `Segment` has them.
     `stretches`: what is driven, slower in places than was asked for. `starts`: how many segments come before each piece
     of them. `failure`: why the segments end in a controlled stop before the end of the path; empty when they do not.
     """
 
-    segments: list[Segment]
+    fields: NDArray[np.int64]
     x: float
     y: float
     heading: float
     stretches: list[Stretch]
-    starts: list[int]
+    starts: NDArray[np.int64]
     failure: str = ""
+
+    @cached_property
+    def segments(self) -> list[Segment]:
+        """The segments one by one."""
+        return Segment.rows(self.fields)
 
     @property
     def duration(self) -> float:
         """Seconds."""
-        return sum(segment.duration_us for segment in self.segments) * 1e-6
+        return float(self.fields[:, 0].sum() * 1e-6)
 
 
 def plan_segments(
@@ -66,12 +74,12 @@ def plan_segments(
     Where Ruckig knows no profile the segments end in a controlled stop, and `failure` says why.
     """
     if not stretches:
-        return Trajectory([], 0.0, 0.0, start_heading or 0.0, [], [])
+        return Trajectory(np.zeros((0, 5), dtype=np.int64), 0.0, 0.0, start_heading or 0.0, [], np.zeros(0, dtype=np.int64))
     x, y, heading = stretches[0].begin
     heading = heading if start_heading is None else start_heading
     row = Row(x, y, heading)
     driven: list[Stretch] = []
-    starts: list[int] = []
+    starts: list[NDArray[np.int64]] = []
     failure = ""
     try:
         for stretch in stretches:
@@ -80,7 +88,8 @@ def plan_segments(
     except MotionError as error:
         failure = str(error)
         _stop(row, limits)
-    return Trajectory(Segment.rows(row.numbers), x, y, heading, driven, starts, failure)
+    first = np.concatenate([np.zeros(0, dtype=np.int64), *starts])
+    return Trajectory(row.fields(), x, y, heading, driven, first, failure)
 
 
 def _stop(row: Row, limits: DrivingLimits) -> None:
@@ -117,11 +126,11 @@ def _aim(row: Row, begin: tuple[float, float], heading: float, ahead: float) -> 
     return min(max(-beside / max(ahead, MIN_AIM_M), -MAX_AIM_RAD), MAX_AIM_RAD)
 
 
-def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[int]) -> Stretch:
+def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[NDArray[np.int64]]) -> Stretch:
     """Drives a stretch, and again from where it differs while a limit is exceeded anywhere along a bend."""
-    inside, begin = limits.reserved(), len(row.numbers)
+    inside, begin = limits.reserved(), len(row)
     parts = list(stretch.parts)
-    marks: list[Mark] = []
+    marks: list[RowMark] = []
     speeds = part_speeds(parts, inside)
     first = 0
     for attempt in range(MAX_SLOWDOWNS):
@@ -131,23 +140,27 @@ def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[int])
         row.rest()
         if all(isinstance(part, Piece) for part in parts):
             break
-        excess = Excess.of(np.array(row.numbers[begin:], dtype=np.float64)[:, [0, 1, 2, 4]], limits)
+        excess = Excess.of(row.fields(begin), limits)
         if not excess.any or attempt == MAX_SLOWDOWNS - 1:
             break
         before = (parts, speeds)
         parts = gentler(parts, excess, [mark.segments - begin for mark in marks], attempt)
-        speeds = part_speeds(parts, inside)
+        speeds = part_speeds(parts, inside, before)
         first = next(
             number
             for number in range(len(parts))
-            if parts[number] is not before[0][number]
-            or any((a != b).any() for a, b in zip(speeds[number], before[1][number], strict=True))
+            if parts[number] is not before[0][number] or _differ(speeds[number], before[1][number])
         )
         row.reset(marks[first])
         del marks[first:]
     for mark, part in zip(marks, parts, strict=True):
-        starts += [mark.segments] if isinstance(part, Piece) else range(mark.segments, mark.segments + 3 * len(part), 3)
+        count = 1 if isinstance(part, Piece) else len(part)
+        starts.append(mark.segments + 3 * np.arange(count))
     return Stretch(tuple(parts))
+
+
+def _differ(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
+    return one is not other and any((a != b).any() for a, b in zip(one, other, strict=True))
 
 
 def _part(

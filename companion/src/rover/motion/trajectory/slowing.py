@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
+import rover_native
 from numpy.typing import NDArray
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.path.piece import Chain, Piece
-from rover.motion.trajectory.extrema import Extrema, magnitudes
+from rover.motion.trajectory.extrema import Extrema
 
 Array = NDArray[np.float64]
 
@@ -27,12 +28,10 @@ class Excess:
     change: Array
 
     @classmethod
-    def of(cls, numbers: Array, limits: DrivingLimits) -> Excess:
-        """`numbers` (N, 4): duration in µs, jerks in millionths of the SI unit, 1 where it ends at rest; from rest."""
-        t, jerk, turn_jerk = 1e-6 * numbers[:, 0], 1e-6 * numbers[:, 1], 1e-6 * numbers[:, 2]
-        allowed = np.array(astuple(Extrema.allowed(limits)))
-        shares = np.stack(magnitudes(t, jerk, turn_jerk, numbers[:, 3] > 0.0)) / allowed[:, None]
-        return cls(shares[_SPEEDS].max(axis=0), shares[~_SPEEDS].max(axis=0))
+    def of(cls, fields: NDArray[np.int64], limits: DrivingLimits) -> Excess:
+        """Of segments (N, 5) from rest."""
+        shares = rover_native.segment_magnitudes(fields) / np.array(astuple(Extrema.allowed(limits)))
+        return cls(shares[:, _SPEEDS].max(axis=1), shares[:, ~_SPEEDS].max(axis=1))
 
     @property
     def any(self) -> bool:

@@ -147,15 +147,16 @@ def bend_speeds(
     """Speeds and accelerations (N + 1) at the nodes of N curves. `former`: most, share and speed at the nodes of the same
     curves, to begin with."""
 
-def averaged(
-    axis: tuple[
-        NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]
-    ],
-    u: NDArray[np.float64],
-    window: NDArray[np.float64],
-    slope: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """(K, 10): the average of polylines and its first four derivatives at K places; see rover.motion.path.average."""
+AveragedAxis = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]
+]
+Places = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+def averaged(axis: AveragedAxis, places: Places) -> NDArray[np.float64]:
+    """(K, 4): the average of polylines and its slope at K places; see rover.motion.path.average."""
+
+def averaged_bending(axis: AveragedAxis, places: Places) -> NDArray[np.float64]:
+    """(4, K): how far it is from the polylines, its curvature, and the first two derivatives of that."""
 
 def heading_splines(
     length: NDArray[np.float64], angle: NDArray[np.float64], ends: NDArray[np.int64]
@@ -196,11 +197,11 @@ class SegmentRow:
     def reset(self, mark: RowMark) -> None:
         """Forgets what was added after the mark."""
 
+    def shares(self, mark: RowMark, allowed: tuple[float, ...]) -> NDArray[np.float64]:
+        """(N, 2) of the segments behind a mark: largest shares of what is allowed."""
+
     def fields(self, first: int) -> NDArray[np.int64]:
         """(N, 5) from segment number `first` on."""
-
-def segment_magnitudes(fields: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(N, 7): speed, acceleration, jerk, turn rate, turn acceleration, turn jerk, lateral acceleration at most."""
 
 def segments_way(
     fields: NDArray[np.int64], pose: tuple[float, float, float]

@@ -1,7 +1,7 @@
 //! Sums over the vertices in a window that slides along a polyline: what average.py in Python defines.
 
-/// Values and their first four derivatives at one place, x and y each.
-pub type Averaged = [[f64; 2]; 5];
+/// Values, their first four derivatives, and the values less the polyline, at one place, x and y each.
+pub type Averaged = [[f64; 2]; 6];
 
 /// Polylines one after the other on one axis of arc length.
 pub struct Axis<'a> {
@@ -28,7 +28,7 @@ pub fn averaged(axis: &Axis, u: f64, window: f64, slope: f64) -> Averaged {
     let leg = axis.legs[here] as usize;
     let span = axis.u[leg + 1] - axis.u[leg];
     let way = (u - axis.u[leg]).clamp(0.0, span);
-    let mut found = [[0.0; 2]; 5];
+    let mut found = [[0.0; 2]; 6];
     for side in 0..2 {
         let direction = (axis.points[leg + 1][side] - axis.points[leg][side]) / span;
         found[0][side] = axis.points[leg][side] + way * direction;
@@ -48,6 +48,7 @@ pub fn averaged(axis: &Axis, u: f64, window: f64, slope: f64) -> Averaged {
             value * q * q / window,
             (rate * q * q * q - 3.0 * slope * value * q * q) / (window * window),
             bend / (window * window * window),
+            window * off,
         ];
         for (sum, weight) in found.iter_mut().zip(weights) {
             sum[0] += change[0] * weight;
@@ -55,6 +56,23 @@ pub fn averaged(axis: &Axis, u: f64, window: f64, slope: f64) -> Averaged {
         }
     }
     found
+}
+
+/// How far it is from the polyline, and the magnitudes of its curvature and of the first two derivatives of that.
+pub fn bending([_, d1, d2, d3, d4, off]: &Averaged) -> [f64; 4] {
+    let cross = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let square = (d1[0] * d1[0] + d1[1] * d1[1]).max(1e-6);
+    let speed = square.sqrt();
+    let curvature = cross(d1, d2) / (square * speed);
+    let along = (d1[0] * d2[0] + d1[1] * d2[1]) / square;
+    let change = cross(d1, d3) / (square * speed) - 3.0 * curvature * along;
+    let third = cross(d1, d4).abs() / (square * square * speed);
+    [
+        off[0].hypot(off[1]),
+        curvature.abs(),
+        (change / speed).abs(),
+        third,
+    ]
 }
 
 /// d(z): zero from |z| = 1 on.

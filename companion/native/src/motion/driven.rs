@@ -85,11 +85,29 @@ impl Motion {
     }
 }
 
-/// Largest magnitudes on each segment, from rest.
-pub fn magnitudes(segments: impl Iterator<Item = Segment>) -> Vec<[f64; 7]> {
-    let mut motion = Motion::default();
+/// Which of the magnitudes are speeds; the others are accelerations and jerks.
+const SPEEDS: [bool; 7] = [true, false, false, true, false, false, true];
+
+/// Of each segment, from speed and acceleration of both axes: the largest share of what is allowed of a speed, and of an
+/// acceleration or jerk. `allowed`: in the order of `Way::most`.
+pub fn shares(
+    state: [[f64; 2]; 2],
+    segments: impl Iterator<Item = Segment>,
+    allowed: [f64; 7],
+) -> Vec<[f64; 2]> {
+    let mut motion = Motion {
+        axes: state.map(|[speed, acceleration]| Axis {
+            speed,
+            acceleration,
+        }),
+    };
     let each = |segment: Segment| {
-        let found = motion.most(&segment);
+        let mut found = [0.0, 0.0_f64];
+        let most = motion.most(&segment);
+        for ((most, allowed), speed) in most.iter().zip(allowed).zip(SPEEDS) {
+            let kind = usize::from(!speed);
+            found[kind] = f64::max(found[kind], most / allowed);
+        }
         motion.step(&segment);
         found
     };
@@ -107,7 +125,8 @@ pub struct Way {
     pub segments: Vec<i64>,
     /// By how much the way leaves the chord behind each point but the last at most, metres.
     pub bulges: Vec<f64>,
-    /// Largest magnitudes over all segments.
+    /// Largest magnitudes over all segments: speed, acceleration, jerk, turn rate, turn acceleration, turn jerk, lateral
+    /// acceleration.
     pub most: [f64; 7],
 }
 
@@ -223,7 +242,8 @@ mod tests {
             }
         }
         assert!((found.most[0] - 0.2).abs() < 1e-12 && (found.most[6] - 0.08).abs() < 1e-12);
-        assert_eq!(magnitudes(segments.iter().copied()).len(), 3);
+        let share = shares([[0.0; 2]; 2], segments.iter().copied(), [0.4; 7]);
+        assert!((share[2][0] - 1.0).abs() < 1e-12 && share[2][1] < 1e-12);
     }
 
     #[test]

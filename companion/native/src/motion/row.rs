@@ -11,7 +11,8 @@ pub type Fields = [i64; 5];
 pub struct Mark {
     /// Segments before.
     pub segments: usize,
-    state: State,
+    /// Then.
+    pub state: State,
     begin: bool,
 }
 

@@ -18,11 +18,11 @@ fn rover_native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(grids::distance_field, module)?)?;
     module.add_function(wrap_pyfunction!(motion::bend_speeds, module)?)?;
     module.add_function(wrap_pyfunction!(motion::averaged, module)?)?;
+    module.add_function(wrap_pyfunction!(motion::averaged_bending, module)?)?;
     module.add_function(wrap_pyfunction!(motion::heading_splines, module)?)?;
     module.add_function(wrap_pyfunction!(motion::curve_points, module)?)?;
     module.add_class::<segments::SegmentRow>()?;
     module.add_class::<segments::RowMark>()?;
-    module.add_function(wrap_pyfunction!(segments::segment_magnitudes, module)?)?;
     module.add_function(wrap_pyfunction!(segments::segments_way, module)?)?;
     module.add_function(wrap_pyfunction!(segments::way_beside, module)?)?;
     module.add_class::<grids::Views>()

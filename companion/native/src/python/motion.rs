@@ -95,17 +95,27 @@ pub fn bend_speeds<'py>(
     ))
 }
 
-/// (K, 10): the average of polylines and its first four derivatives, x and y each, at K places `u` of an axis; see
-/// average.py. `axis`: arc lengths (N,), points (N, 2), legs (N,), vertices (M,), changes of direction (M, 2).
-#[pyfunction]
-pub fn averaged<'py>(
-    py: Python<'py>,
-    axis: Axes<'py>,
-    u: PyReadonlyArray1<'py, f64>,
-    window: PyReadonlyArray1<'py, f64>,
-    slope: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (way, points, legs, at, change) = &axis;
+type Axes<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray1<'py, i64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+);
+
+type Places<'py> = (
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
+
+/// `each` of the average at all places: their arc length, window, and its slope.
+fn at_places<const N: usize>(
+    axis: &Axes<'_>,
+    places: &Places<'_>,
+    each: impl Fn(&average::Averaged) -> [f64; N],
+) -> PyResult<Vec<[f64; N]>> {
+    let (way, points, legs, at, change) = axis;
     let (points, change) = (pairs(points)?, pairs(change)?);
     let axis = average::Axis {
         u: way.as_slice()?,
@@ -114,7 +124,11 @@ pub fn averaged<'py>(
         at: at.as_slice()?,
         change: &change,
     };
-    let (u, window, slope) = (u.as_slice()?, window.as_slice()?, slope.as_slice()?);
+    let (u, window, slope) = (
+        places.0.as_slice()?,
+        places.1.as_slice()?,
+        places.2.as_slice()?,
+    );
     let count = axis.u.len();
     let fits = |leg: &i64| *leg >= 0 && (*leg as usize) + 1 < count;
     require(
@@ -127,18 +141,38 @@ pub fn averaged<'py>(
         "a window for each place",
     )?;
     let places = u.iter().zip(window).zip(slope);
-    let found = places.flat_map(|((u, w), slope)| average::averaged(&axis, *u, *w, *slope));
-    let found: Vec<f64> = found.flatten().collect();
-    reshaped(py, &found, 10)
+    let found = places.map(|((u, w), slope)| each(&average::averaged(&axis, *u, *w, *slope)));
+    Ok(found.collect())
 }
 
-type Axes<'py> = (
-    PyReadonlyArray1<'py, f64>,
-    PyReadonlyArray2<'py, f64>,
-    PyReadonlyArray1<'py, i64>,
-    PyReadonlyArray1<'py, f64>,
-    PyReadonlyArray2<'py, f64>,
-);
+/// (K, 4): the average of polylines and its slope over the axis, x and y each, at K places; see average.py. `axis`: arc
+/// lengths (N,), points (N, 2), legs (N,), vertices (M,), changes of direction (M, 2); `places`: arc length, window and
+/// its slope, (K,) each.
+#[pyfunction]
+pub fn averaged<'py>(
+    py: Python<'py>,
+    axis: Axes<'py>,
+    places: Places<'py>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let found = at_places(&axis, &places, |[value, first, ..]| {
+        [value[0], value[1], first[0], first[1]]
+    })?;
+    reshaped(py, found.as_flattened(), 4)
+}
+
+/// (4, K): how far the average is from the polylines, and the magnitudes of its curvature and of the first two
+/// derivatives of that over arc length.
+#[pyfunction]
+pub fn averaged_bending<'py>(
+    py: Python<'py>,
+    axis: Axes<'py>,
+    places: Places<'py>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let found = at_places(&axis, &places, average::bending)?;
+    let column = |number: usize| found.iter().map(move |row| row[number]);
+    let found: Vec<f64> = (0..4).flat_map(column).collect();
+    reshaped(py, &found, found.len() / 4)
+}
 
 /// (N, 4): curvature at both ends of N curves, and its slope at both, of the cubic spline of heading over arc length of
 /// each run. `ends`: the number of curves up to the end of each run.

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArr
 use pyo3::prelude::*;
 
 use crate::motion::bend::{Curve, State};
-use crate::motion::driven::{beside, magnitudes, way, Legs, Segment};
+use crate::motion::driven::{beside, shares, way, Legs, Segment};
 use crate::motion::row::{Mark, Row};
 use crate::python::arrays::{pairs, require, reshaped};
 use crate::python::motion::limits_of;
@@ -108,6 +108,26 @@ impl SegmentRow {
         self.row.reset(&mark.0);
     }
 
+    /// (N, 2) of the segments behind a mark: the largest share of what is allowed of a speed, and of an acceleration or
+    /// jerk. `allowed`: speed, acceleration, jerk, turn rate, turn acceleration, turn jerk, lateral acceleration.
+    fn shares<'py>(
+        &self,
+        py: Python<'py>,
+        mark: &RowMark,
+        allowed: [f64; 7],
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let at = &mark.0.state;
+        let state = [
+            [at.speed, at.acceleration],
+            [at.turn_rate, at.turn_acceleration],
+        ];
+        let behind = self.row.fields.get(mark.0.segments..).unwrap_or_default();
+        let segments = behind
+            .iter()
+            .map(|row| Segment::of([row[0], row[1], row[2], row[4]]));
+        reshaped(py, shares(state, segments, allowed).as_flattened(), 2)
+    }
+
     /// (N, 5) from segment number `first` on: duration in µs, jerks in millionths of the SI unit, 1 where a run begins, 1
     /// where it ends at rest.
     fn fields<'py>(&self, py: Python<'py>, first: usize) -> PyResult<Bound<'py, PyArray2<i64>>> {
@@ -127,17 +147,6 @@ fn segments_of(fields: &PyReadonlyArray2<'_, i64>) -> PyResult<Vec<Segment>> {
         .collect())
 }
 
-/// (N, 7) of segments (N, 5) from rest, the largest magnitudes (SI): speed, acceleration, jerk, turn rate, turn
-/// acceleration, turn jerk, lateral acceleration.
-#[pyfunction]
-pub fn segment_magnitudes<'py>(
-    py: Python<'py>,
-    fields: PyReadonlyArray2<'py, i64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let found = magnitudes(segments_of(&fields)?.into_iter());
-    reshaped(py, found.as_flattened(), 7)
-}
-
 type Way<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray2<f64>>,
@@ -147,8 +156,8 @@ type Way<'py> = (
 );
 
 /// Where N segments (N, 5) lead from rest at a pose: poses (N + 1, 3) between them, points (M, 2) on the way, the
-/// segment (M,) that each is in, by how much the way leaves the chords between the points (M - 1,), and the largest
-/// magnitudes of all as in `segment_magnitudes`.
+/// segment (M,) that each is in, by how much the way leaves the chords between the points (M - 1,), and the most of speed,
+/// acceleration, jerk, turn rate, turn acceleration, turn jerk and lateral acceleration.
 #[pyfunction]
 pub fn segments_way<'py>(
     py: Python<'py>,

@@ -26,20 +26,28 @@ class Axis:
     """Polylines one after the other on one axis u of arc length, metres, with gaps wider than any window between them.
 
     `u` (N,), `points` (N, 2): all points; `legs` (N,): the leg that leads on from each, from the last of a polyline the
-    one before. `at` (M,), `change` (M, 2): where the direction changes and by how much, in
-    order of `at`; vertices mirrored beyond the ends of each polyline, with the change negated, keep the ends in place.
+    one before. `vertices` (M,), `change` (M, 2): where the direction changes and by how much, in
+    order; vertices mirrored beyond the ends of each polyline, with the change negated, keep the ends in place.
     """
 
     u: Array
     points: Array
     legs: NDArray[np.int64]
-    at: Array
+    vertices: Array
     change: Array
 
 
-def averaged(axis: Axis, u: Array, window: Array, slope: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Q and its first four derivatives over u at K places, (K, 2) each. `slope` (K,): of the window over u; what it adds
-    to the fourth derivative is left out."""
-    line = (axis.u, axis.points, axis.legs, axis.at, axis.change)
-    found = rover_native.averaged(line, u, window, slope)
-    return found[:, 0:2], found[:, 2:4], found[:, 4:6], found[:, 6:8], found[:, 8:10]
+    def at(self, u: Array, window: Array, slope: Array) -> tuple[Array, Array]:
+        """Q and its derivative over u at K places, (K, 2) each. `slope` (K,): of the window over u."""
+        found = rover_native.averaged(self._line, (u, window, slope))
+        return found[:, :2], found[:, 2:]
+
+    def bending(self, u: Array, window: Array) -> tuple[Array, Array, Array, Array]:
+        """How far Q is from the polyline at K places, and the magnitudes of its curvature and of the first two
+        derivatives of that over arc length, (K,) each."""
+        off, curvature, rate, third = rover_native.averaged_bending(self._line, (u, window, np.zeros(len(u))))
+        return off, curvature, rate, third
+
+    @property
+    def _line(self) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
+        return self.u, self.points, self.legs, self.vertices, self.change

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import rover_native
 from numpy.typing import NDArray
-from rover.motion.path import average
+from rover.motion.path.average import Axis
 from rover.motion.path.clearance import ClearanceMap
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.path.piece import Chain
@@ -126,7 +126,7 @@ def bends(runs: Sequence[Run], limits: DrivingLimits, clearance: ClearanceMap | 
     ]
 
 
-def _axis(runs: Sequence[Run], widest: float) -> tuple[average.Axis, list[float]]:
+def _axis(runs: Sequence[Run], widest: float) -> tuple[Axis, list[float]]:
     """All runs on one axis, and where each begins."""
     gap = widest * (4.0 + 1.0 / MAX_WINDOW_SLOPE)
     begin = 0.0
@@ -146,7 +146,7 @@ def _axis(runs: Sequence[Run], widest: float) -> tuple[average.Axis, list[float]
     u = np.concatenate(along)
     legs = np.arange(len(u))
     legs[np.cumsum([len(each) for each in along]) - 1] -= 1
-    return average.Axis(u, np.concatenate(points), legs, np.concatenate(at), np.concatenate(change)), begins
+    return Axis(u, np.concatenate(points), legs, np.concatenate(at), np.concatenate(change)), begins
 
 
 def _places(run: Run, widest: float) -> Array:
@@ -177,21 +177,18 @@ def _most_window(runs: Sequence[Run], places: list[Array], widest: float) -> Arr
     return np.concatenate(found)
 
 
-def _chosen(axis: average.Axis, u: Array, tolerance: Array, most: Array, widest: float, limits: DrivingLimits) -> Array:
+def _chosen(axis: Axis, u: Array, tolerance: Array, most: Array, widest: float, limits: DrivingLimits) -> Array:
     """The window at each place: the narrowest with which all that it reaches may be driven at full speed, or the
     fastest within tolerance; wider where a neighbour wants that, which it may change to by MAX_WINDOW_SLOPE."""
     best, fastest = np.minimum(most, WINDOW_SHARES[0] * widest), np.zeros(len(u))
     allowed = best.copy()
     full = float(limits.curve_speed(np.zeros(1), np.zeros(1), np.zeros(1))[0])
-    base = np.column_stack([np.interp(u, axis.u, axis.points[:, column]) for column in (0, 1)])
     spacing = np.max(np.diff(u)[np.diff(u) < widest], initial=0.0)
     for share in WINDOW_SHARES:
         window = np.minimum(share * widest, most)
-        value, d1, d2, d3, d4 = average.averaged(axis, u, window, np.zeros(len(u)))
-        curvature, rate, along = _bending(d1, d2, d3)
-        third = np.abs(d1[:, 0] * d4[:, 1] - d1[:, 1] * d4[:, 0]) / along**5
-        speed = limits.curve_speed(np.abs(curvature), np.abs(rate), RIPPLE * third)
-        near = np.hypot(*(value - base).T) <= tolerance
+        off, curvature, rate, third = axis.bending(u, window)
+        speed = limits.curve_speed(curvature, rate, RIPPLE * third)
+        near = off <= tolerance
         allowed[near] = window[near]
         reach = np.maximum(window, 1.01 * spacing)
         # A narrower window may be slow between places.
@@ -240,21 +237,11 @@ def _nodes(u: Array, window: Array, counts: list[int]) -> tuple[Array, NDArray[n
     return np.concatenate(found), np.concatenate(owners)
 
 
-def _bending(d1: Array, d2: Array, d3: Array) -> tuple[Array, Array, Array]:
-    """Curvature, its slope over arc length, and how much arc length there is for each metre of the polyline."""
-    speed2 = np.maximum((d1**2).sum(axis=1), 1e-6)
-    speed = np.sqrt(speed2)
-    curvature = (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]) / speed**3
-    change = (d1[:, 0] * d3[:, 1] - d1[:, 1] * d3[:, 0]) / speed**3
-    change -= 3.0 * curvature * (d1 * d2).sum(axis=1) / speed2
-    return curvature, change / speed, speed
-
-
 class _Curves:
     """Three parts of constant third derivative between each two neighbours of the nodes."""
 
-    def __init__(self, axis: average.Axis, u: Array, owner: NDArray[np.int64], window: Array, slope: Array) -> None:
-        value, d1 = average.averaged(axis, u, window, slope)[:2]
+    def __init__(self, axis: Axis, u: Array, owner: NDArray[np.int64], window: Array, slope: Array) -> None:
+        value, d1 = axis.at(u, window, slope)
         heading = np.arctan2(d1[:, 1], d1[:, 0])
         inner = owner[1:] == owner[:-1]
         self.owner = owner[:-1][inner]

@@ -114,19 +114,23 @@ class Chain:
         """The curves from `low` up to `high`."""
         return Chain(*(getattr(self, field.name)[low:high] for field in fields(self)))
 
-    def at_nodes(self) -> tuple[Array, Array]:
+    @cached_property
+    def nodes(self) -> tuple[Array, Array]:
         """Curvature and its slope at the beginning of each curve and at the end of the last, (N + 1,) each."""
-        _, curvature, slope = self.pieces(len(self) - 1)[0].turning(float(self.length[-1]))
+        curvature, slope, h = float(self.curvature[-1]), float(self.slope[-1]), float(self.length[-1]) / 3.0
+        for third in self.thirds[-1].tolist():
+            curvature += h * (slope + h * third / 2.0)
+            slope += h * third
         return np.append(self.curvature, curvature), np.append(self.slope, slope)
 
-    def pieces(self, first: int = 0) -> list[Piece]:
+    def pieces(self) -> list[Piece]:
         """The curves one by one."""
         columns = (
             self.at[:, 0], self.at[:, 1], self.heading, self.length, self.angle, self.speed, self.bound, self.thirds,
             self.curvature, self.slope, self.change, self.leg,
         )  # fmt: skip
         found = []
-        for row in zip(*(column[first:].tolist() for column in columns), strict=True):
+        for row in zip(*(column.tolist() for column in columns), strict=True):
             x, y, heading, length, angle, speed, bound, thirds, curvature, slope, change, leg = row
             parts = tuple((length / 3.0, third) for third in thirds)
             found.append(

@@ -8,7 +8,8 @@ acceleration goes on from node to node, with the fastest speeds that the limits 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import rover_native
@@ -18,7 +19,6 @@ from rover.motion.path.piece import Chain, Piece
 from rover.vehicle import Limits
 
 Array = NDArray[np.float64]
-Former = tuple[Sequence[Piece | Chain], Sequence[tuple[Array, Array]]]
 
 # Metres of each line that a change of speed leaves unused, so that rounding never makes it impossible.
 RESERVE_M = 2e-6
@@ -57,67 +57,93 @@ def node_speeds(pieces: Sequence[Piece], limits: Limits, start: float = 0.0, end
     return speeds
 
 
-def part_speeds(
-    parts: Sequence[Piece | Chain], limits: DrivingLimits, former: Former | None = None
-) -> list[tuple[Array, Array]]:
+class PartSpeeds:
     """Speeds and accelerations at the ends of each part of a stretch, and at the nodes of its bends (N + 1,).
 
     A bend takes the speed at its ends that the parts beside it leave it, or less; then these have less, too.
-    `former`: parts and speeds of the same stretch, some of which may be driven slower now.
     """
-    count = len(parts)
-    joint = [0.0] * (count + 1)
-    for number in range(1, count):
-        joint[number] = min(_most(parts[number - 1], -1), _most(parts[number], 0), limits.travel.speed)
-    solved: dict[int, tuple[Array, Array]] = {}
-    changed = True
-    while changed:
-        for number in range(count - 1, -1, -1):
-            joint[number] = _reached(parts[number], joint[number + 1], joint[number], limits.travel)
-        for number in range(count):
-            joint[number + 1] = _reached(parts[number], joint[number], joint[number + 1], limits.travel)
-        changed = False
-        for number, part in enumerate(parts):
-            if not isinstance(part, Chain):
-                continue
-            ends = (joint[number], joint[number + 1])
-            if number not in solved or any(solved[number][0][side] > ends[side] for side in (0, -1)):
-                before = None if former is None else (former[0][number], former[1][number])
-                solved[number] = _along(part, ends, limits, before)
-                for side, at in ((0, number), (-1, number + 1)):
-                    changed |= float(solved[number][0][side]) < joint[at]
-                    joint[at] = float(solved[number][0][side])
-    none = np.zeros(2)
-    return [solved.get(number, (np.array(joint[number : number + 2]), none)) for number in range(count)]
+
+    def __init__(self, parts: Sequence[Piece | Chain], limits: DrivingLimits) -> None:
+        self.parts = list(parts)
+        self.limits = limits
+        count = len(self.parts)
+        self._joint = [0.0] * (count + 1)
+        for number in range(1, count):
+            before, behind = self.parts[number - 1], self.parts[number]
+            self._joint[number] = min(_most(before, -1), _most(behind, 0), limits.travel.speed)
+        self._bends: dict[int, tuple[Array, Array]] = {}
+        self._settle(range(count - 1, -1, -1))
+        self._settle(range(count))
+
+    def __getitem__(self, number: int) -> tuple[Array, Array]:
+        return self._bends.get(number) or (np.array(self._joint[number : number + 2]), np.zeros(2))
+
+    def slower(self, number: int, part: Piece | Chain) -> tuple[int, int]:
+        """Another part in the place of one that was faster; the first part whose speeds differ now, and the first curve
+        of it."""
+        before = self.parts[number]
+        self.parts[number] = part
+        changed = [number]
+        old = self._bends.get(number)
+        if isinstance(part, Chain) and isinstance(before, Chain) and old is not None:
+            begin = (*_allowed(before, (float(old[0][0]), float(old[0][-1]))), old[0])
+            self._bends[number] = _along(part, (self._joint[number], self._joint[number + 1]), self.limits, begin)
+            self._see_ends(number, changed)
+        else:
+            for joint, end in ((number, 0), (number + 1, -1)):
+                self._lower(joint, _most(part, end), changed)
+        self._settle(list(changed), changed)
+        first = min(changed)
+        new = self._bends.get(number)
+        if first < number or old is None or new is None:
+            return first, 0
+        differs = (old[0] != new[0]) | (old[1] != new[1])
+        return number, max(int(np.argmax(differs)) - 1, 0)
+
+    def _settle(self, numbers: Iterable[int], changed: list[int] | None = None) -> None:
+        """Until no part is entered or left faster than it allows; `changed` grows by parts with other speeds."""
+        changed = [] if changed is None else changed
+        waiting = deque(numbers)
+        while waiting:
+            number = waiting.popleft()
+            part, known = self.parts[number], len(changed)
+            begin, end = self._joint[number], self._joint[number + 1]
+            if isinstance(part, Piece):
+                self._lower(number, _reach(part, end, begin, self.limits.travel), changed)
+                self._lower(number + 1, _reach(part, begin, end, self.limits.travel), changed)
+            else:
+                speeds = self._bends.get(number)
+                if speeds is None or speeds[0][0] > begin or speeds[0][-1] > end:
+                    self._bends[number] = _along(part, (begin, end), self.limits, None)
+                    changed.append(number)
+                self._see_ends(number, changed)
+            waiting.extend(changed[known:])
+
+    def _see_ends(self, number: int, changed: list[int]) -> None:
+        speeds = self._bends[number][0]
+        self._lower(number, float(speeds[0]), changed)
+        self._lower(number + 1, float(speeds[-1]), changed)
+
+    def _lower(self, joint: int, speed: float, changed: list[int]) -> None:
+        if speed < self._joint[joint]:
+            self._joint[joint] = speed
+            changed += [number for number in (joint - 1, joint) if 0 <= number < len(self.parts)]
 
 
 def _most(part: Piece | Chain, end: int) -> float:
     return part.speed if isinstance(part, Piece) else float(part.most[end])
 
 
-def _reached(part: Piece | Chain, here: float, there: float, limits: Limits) -> float:
-    return there if isinstance(part, Chain) else min(there, _reach(part, here, there, limits))
-
-
 def _along(
-    chain: Chain,
-    ends: tuple[float, float],
-    limits: DrivingLimits,
-    former: tuple[Piece | Chain, tuple[Array, Array]] | None,
+    chain: Chain, ends: tuple[float, float], limits: DrivingLimits, former: tuple[Array, Array, Array] | None
 ) -> tuple[Array, Array]:
-    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends. `former`: the
-    same bend before it was made slower, and its speeds."""
-    begin = None
-    if former is not None and isinstance(former[0], Chain):
-        before, speeds = former
-        if before is chain and (speeds[0][0], speeds[0][-1]) == ends:
-            return speeds
-        begin = (*_allowed(before, (float(speeds[0][0]), float(speeds[0][-1]))), speeds[0])
+    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends. `former`: most
+    speed, share and speed at its nodes before it was made slower."""
     most, share = _allowed(chain, ends)
-    curvature, slope = chain.at_nodes()
+    curvature, slope = chain.nodes
     found, accelerations = rover_native.bend_speeds(
         chain.length, curvature, slope, chain.thirds[:, [0, -1]], most, share,
-        (limits.travel.acceleration, limits.travel.jerk), (limits.heading.acceleration, limits.heading.jerk), begin,
+        (limits.travel.acceleration, limits.travel.jerk), (limits.heading.acceleration, limits.heading.jerk), former,
     )  # fmt: skip
     for side, end in zip((0, -1), ends, strict=True):
         if found[side] > (1.0 - SAME_SPEED) * end:

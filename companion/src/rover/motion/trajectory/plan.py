@@ -19,12 +19,12 @@ from rover.geometry import wrap_angle
 from rover.motion.merge import merge, whole_microseconds
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.path.piece import Chain, Piece, Stretch
-from rover.motion.path.speeds import part_speeds
+from rover.motion.path.speeds import PartSpeeds
 from rover.motion.profile import Axis, MotionError, to_position, to_speed
 from rover.motion.segment import MIN_DURATION_US, Segment, State
 from rover.motion.stop import stop_segments
-from rover.motion.trajectory.row import Row
-from rover.motion.trajectory.slowing import MAX_SLOWDOWNS, Excess, gentler
+from rover.motion.trajectory.row import Row, curves_of
+from rover.motion.trajectory.slowing import MAX_SLOWDOWNS, allowed, gentler
 from rover.vehicle import Limits
 from rover_native import RowMark
 
@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 MIN_TURN_RAD = 1e-6
 # A profile that passes its end by more than this many metres is none: it would come back.
 MAX_OVERSHOOT_M = 1e-4
+# So many curves of a bend are driven at once, before a place to come back to.
+CURVES_AT_ONCE = 128
 # Metres ahead at which what is missing beside the path is made up for, at least, and the most that this may turn by.
 MIN_AIM_M, MAX_AIM_RAD = 0.3, 5e-3
 
@@ -127,52 +129,53 @@ def _aim(row: Row, begin: tuple[float, float], heading: float, ahead: float) -> 
 
 
 def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[NDArray[np.int64]]) -> Stretch:
-    """Drives a stretch, and again from where it differs while a limit is exceeded anywhere along a bend."""
-    inside, begin = limits.reserved(), len(row)
-    parts = list(stretch.parts)
-    marks: list[RowMark] = []
-    speeds = part_speeds(parts, inside)
-    first = 0
-    for attempt in range(MAX_SLOWDOWNS):
-        for number in range(first, len(parts)):
-            marks.append(row.mark())
-            _part(row, parts, number, speeds[number], inside)
-        row.rest()
-        if all(isinstance(part, Piece) for part in parts):
-            break
-        excess = Excess.of(row.fields(begin), limits)
-        if not excess.any or attempt == MAX_SLOWDOWNS - 1:
-            break
-        before = (parts, speeds)
-        parts = gentler(parts, excess, [mark.segments - begin for mark in marks], attempt)
-        speeds = part_speeds(parts, inside, before)
-        first = next(
-            number
-            for number in range(len(parts))
-            if parts[number] is not before[0][number] or _differ(speeds[number], before[1][number])
-        )
-        row.reset(marks[first])
-        del marks[first:]
-    for mark, part in zip(marks, parts, strict=True):
+    """Drives a stretch, and again from where it differs while a limit is exceeded on a part that has a bend beside it."""
+    inside, most = limits.reserved(), allowed(limits)
+    speeds = PartSpeeds(stretch.parts, inside)
+    bent = any(isinstance(part, Chain) for part in stretch.parts)
+    attempts = [0] * len(stretch.parts)
+    marks: list[list[RowMark]] = []
+    number = curve = 0
+    while number < len(stretch.parts):
+        del marks[number + 1 :]
+        if curve == 0:
+            del marks[number:]
+            marks.append([])
+        _part(row, speeds, number, curve, marks[number], inside)
+        if number + 1 == len(stretch.parts):
+            row.rest()
+        number, curve = number + 1, 0
+        if not bent or attempts[number - 1] == MAX_SLOWDOWNS:
+            continue
+        shares = row.shares(marks[number - 1][0], most)
+        if shares.max(initial=0.0) > 1.0:
+            part = gentler(speeds.parts[number - 1], shares, attempts[number - 1])
+            attempts[number - 1] += 1
+            number, curve = speeds.slower(number - 1, part)
+            curve -= curve % CURVES_AT_ONCE
+            row.reset(marks[number][curve // CURVES_AT_ONCE])
+    for each, part in zip(marks, speeds.parts, strict=True):
         count = 1 if isinstance(part, Piece) else len(part)
-        starts.append(mark.segments + 3 * np.arange(count))
-    return Stretch(tuple(parts))
-
-
-def _differ(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
-    return one is not other and any((a != b).any() for a, b in zip(one, other, strict=True))
+        starts.append(each[0].segments + 3 * np.arange(count))
+    return Stretch(tuple(speeds.parts))
 
 
 def _part(
-    row: Row, parts: Sequence[Piece | Chain], number: int, speeds: tuple[Array, Array], limits: DrivingLimits
+    row: Row, speeds: PartSpeeds, number: int, curve: int, marks: list[RowMark], limits: DrivingLimits
 ) -> None:
-    part = parts[number]
-    behind = parts[number + 1].length if number + 1 < len(parts) else 0.0
-    ahead = float(np.atleast_1d(behind)[0])
-    if isinstance(part, Chain):
-        row.follow(part, speeds, ahead, limits)
-    else:
-        _piece(row, part, ahead, float(speeds[0][1]), limits)
+    """Drives a part, a bend from one of its curves on; a mark for each CURVES_AT_ONCE of them."""
+    part = speeds.parts[number]
+    behind = speeds.parts[number + 1].length if number + 1 < len(speeds.parts) else 0.0
+    ahead = float(behind) if isinstance(behind, float) else float(behind[0])
+    del marks[curve // CURVES_AT_ONCE :]
+    if isinstance(part, Piece):
+        marks.append(row.mark())
+        _piece(row, part, ahead, float(speeds[number][0][1]), limits)
+        return
+    curves = curves_of(part, speeds[number], ahead)
+    for begin in range(curve, len(curves), CURVES_AT_ONCE):
+        marks.append(row.mark())
+        row.follow(curves[begin : begin + CURVES_AT_ONCE], limits)
 
 
 def _piece(row: Row, piece: Piece, ahead: float, leave: float, limits: DrivingLimits) -> None:

@@ -47,17 +47,16 @@ class Row:
         for duration_us, sign in signs:
             self.add(duration_us, 0, sign * jerk_heading)
 
-    def follow(self, chain: Chain, speeds: tuple[Array, Array], ahead: float, limits: DrivingLimits) -> None:
-        """Three segments for each curve of a bend. `speeds`: and accelerations at its nodes; `ahead`: metres of what
-        comes behind it."""
-        curvature, slope = chain.at_nodes()
-        curves = np.column_stack([
-            chain.at, chain.heading, chain.length, chain.angle, speeds[0][1:], speeds[1][1:], curvature[1:], slope[1:],
-            np.append(chain.length[1:], ahead),
-        ])  # fmt: skip
+    def follow(self, curves: Array, limits: DrivingLimits) -> None:
+        """Three segments for each curve of a bend: see `curves_of`."""
         travel, heading = limits.travel, limits.heading
         self._row.follow(curves, (travel.acceleration, travel.jerk), (heading.acceleration, heading.jerk))
         self._see()
+
+    def shares(self, mark: rover_native.RowMark, allowed: tuple[float, ...]) -> Array:
+        """(N, 2) of the segments behind a mark: the largest share of what is `allowed` of speeds, and of accelerations
+        and jerks."""
+        return self._row.shares(mark, allowed)
 
     def mark(self) -> rover_native.RowMark:
         """Where the row is now, to come back to."""
@@ -82,3 +81,13 @@ class Row:
         (
             self.x, self.y, self.heading, self.speed, self.acceleration, self.turn_rate, self.turn_acceleration,
         ) = self._row.state  # fmt: skip
+
+
+def curves_of(chain: Chain, speeds: tuple[Array, Array], ahead: float) -> Array:
+    """(N, 10) of the curves of a bend: where each begins and its heading, length and angle, what is to be at its end,
+    and the length of what comes behind. `speeds`: and accelerations at the nodes; `ahead`: metres behind the bend."""
+    curvature, slope = chain.nodes
+    return np.column_stack([
+        chain.at, chain.heading, chain.length, chain.angle, speeds[0][1:], speeds[1][1:], curvature[1:], slope[1:],
+        np.append(chain.length[1:], ahead),
+    ])  # fmt: skip

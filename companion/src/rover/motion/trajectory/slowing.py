@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, replace
 
 import numpy as np
-import rover_native
 from numpy.typing import NDArray
 from rover.motion.path.limits import DrivingLimits
 from rover.motion.path.piece import Chain, Piece
@@ -16,43 +14,20 @@ Array = NDArray[np.float64]
 
 # What exceeds a limit is slowed by a little more than it lacks, and by so much more each time; so often at most.
 RESERVE, MORE, MAX_SLOWDOWNS = 0.005, 0.5, 20
-# Names of what counts as a speed; the others are accelerations and jerks.
-_SPEEDS = np.array([True, False, False, True, False, False, True])
 
 
-@dataclass(frozen=True, eq=False)
-class Excess:
-    """(N,) of each segment: the largest share of a speed's limit, and of one of acceleration and jerk."""
-
-    speed: Array
-    change: Array
-
-    @classmethod
-    def of(cls, fields: NDArray[np.int64], limits: DrivingLimits) -> Excess:
-        """Of segments (N, 5) from rest."""
-        shares = rover_native.segment_magnitudes(fields) / np.array(astuple(Extrema.allowed(limits)))
-        return cls(shares[:, _SPEEDS].max(axis=1), shares[:, ~_SPEEDS].max(axis=1))
-
-    @property
-    def any(self) -> bool:
-        """True when a limit is exceeded."""
-        return bool((self.speed > 1.0).any() or (self.change > 1.0).any())
+def allowed(limits: DrivingLimits) -> tuple[float, ...]:
+    """In the order of Extrema."""
+    return astuple(Extrema.allowed(limits))
 
 
-def gentler(parts: Sequence[Piece | Chain], excess: Excess, starts: Sequence[int], attempt: int) -> list[Piece | Chain]:
-    """The parts, slower where a limit is exceeded. `starts`: number of the first segment of each; `attempt`: how often
-    they were made gentler before."""
-    found: list[Piece | Chain] = []
-    for part, low, high in zip(parts, starts, [*starts[1:], len(excess.speed)], strict=True):
-        speed, change = excess.speed[low:high], excess.change[low:high]
-        if max(speed.max(initial=0.0), change.max(initial=0.0)) <= 1.0:
-            found.append(part)
-        elif isinstance(part, Piece):
-            found.append(replace(part, speed=part.speed * _less(max(speed.max(), change.max()))))
-        else:
-            factor, gentle = (_spread(each.reshape(-1, 3).max(axis=1), attempt) for each in (speed, change))
-            found.append(replace(part, most=part.most * factor, share=part.share * gentle))
-    return found
+def gentler(part: Piece | Chain, shares: Array, attempt: int) -> Piece | Chain:
+    """A part, slower where `shares` (N, 2) of its segments, of the limits of speeds and of those of accelerations and
+    jerks, are more than one. `attempt`: how often it was made gentler before."""
+    if isinstance(part, Piece):
+        return replace(part, speed=part.speed * _less(float(shares.max())))
+    factor, gentle = (_spread(each, attempt) for each in shares.reshape(-1, 3, 2).max(axis=1).T)
+    return replace(part, most=part.most * factor, share=part.share * gentle)
 
 
 def _less(most: float) -> float:

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import rover_native
@@ -52,7 +53,7 @@ SHARE = 0.97
 SLOWEST_M_S = 0.02
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """Points (N, 2) from where a bend begins to where it ends: the vertices between are those of a run of corners.
 
@@ -65,6 +66,17 @@ class Run:
     tolerance: float
     leg: int
 
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Run)
+            and (self.pinned, self.tolerance, self.leg) == (other.pinned, other.tolerance, other.leg)
+            and np.array_equal(self.points, other.points)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.pinned, self.tolerance, self.leg))
+
+    @cached_property
     def way(self) -> Array:
         """(N,): arc length of each point."""
         steps = np.diff(self.points, axis=0)
@@ -116,7 +128,7 @@ def bends(runs: Sequence[Run], limits: DrivingLimits, clearance: ClearanceMap | 
     ends = np.searchsorted(curves.owner, np.arange(len(runs) + 1)).tolist()
     found = [(curves.begin[low:high], curves.end[low:high]) for low, high in itertools.pairwise(ends)]
     legs = [
-        run.leg + np.searchsorted(run.way()[1:-1], first - begin, side="right")
+        run.leg + np.searchsorted(run.way[1:-1], first - begin, side="right")
         for run, begin, (first, _) in zip(runs, begins, found, strict=True)
     ]
     chain = curves.chain(limits, clearance, touching, np.concatenate(legs))
@@ -132,7 +144,7 @@ def _axis(runs: Sequence[Run], widest: float) -> tuple[Axis, list[float]]:
     begin = 0.0
     begins, along, points, at, change = [], [], [], [], []
     for run in runs:
-        way = run.way()
+        way = run.way
         turn = np.diff(np.diff(run.points, axis=0) / np.diff(way)[:, None], axis=0)
         vertices = way[1:-1]
         before = vertices < widest if run.pinned[0] else np.zeros(len(vertices), dtype=bool)
@@ -151,7 +163,7 @@ def _axis(runs: Sequence[Run], widest: float) -> tuple[Axis, list[float]]:
 
 def _places(run: Run, widest: float) -> Array:
     """Arc lengths at which the window is chosen: steps, and the vertices where they are few."""
-    way = run.way()
+    way = run.way
     step = SAMPLE_SHARE * widest
     even = np.linspace(0.0, way[-1], max(3, math.ceil(way[-1] / step) + 1))
     if len(way) > len(even):

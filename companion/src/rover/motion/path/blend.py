@@ -6,6 +6,7 @@ rover turns on the spot only at corners that are too sharp, or that have no room
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from rover.motion.path.widen import widened
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+KnownBends = dict[tuple[int, int], tuple[Run, Bend]]
 
 # Lines are cut into parts of at most so many metres for a speed that depends on the clearance.
 MAX_SPEED_STEP_M = 0.05
@@ -70,8 +72,9 @@ def blend_path(
     at_rest = np.zeros(len(line.angles), dtype=bool)
     at_rest[[number - 1 for number in sharp]] = True
     alone = at_rest.copy()
+    known: KnownBends = {}
     for _ in range(MAX_DIVISIONS):
-        stretches, slow = _blended(line, at_rest, alone, limits, settings, clearance)
+        stretches, slow = _blended(line, at_rest, alone, limits, settings, clearance, known)
         if not slow:
             break
         alone[slow] = True
@@ -106,9 +109,10 @@ def _blended(
     limits: DrivingLimits,
     settings: BlendSettings,
     clearance: ClearanceMap | None,
+    known: KnownBends,
 ) -> tuple[list[Stretch], list[int]]:
     """The stretches, and corners at which bends are too slow or have no room: `alone` they may have some, or be turned
-    on the spot."""
+    on the spot. `known`: bends that were found before, by their corners."""
     corners = Corners.of(line, at_rest, limits, settings)
     spans = _runs(line, corners, alone)
     in_run = np.zeros(len(line.angles), dtype=bool)
@@ -117,7 +121,10 @@ def _blended(
     # What bends take of the legs before and behind each corner.
     taken = np.zeros((len(line.angles), 2))
     runs = [_run(line, corners, in_run, taken, first, last, limits) for first, last in spans]
-    found = bends(runs, limits, clearance, settings.slack)
+    new = [not (span in known and known[span][0] == run) for span, run in zip(spans, runs, strict=True)]
+    fresh = bends(list(itertools.compress(runs, new)), limits, clearance, settings.slack)
+    known.update(zip(itertools.compress(spans, new), zip(itertools.compress(runs, new), fresh, strict=True), strict=True))
+    found = [known[span][1] for span in spans]
     slow: list[int] = []
     for (first, _), run, bend in zip(spans, runs, found, strict=True):
         slow += [first + number for number in _slow_vertices(run, bend, limits.min_speed)]
@@ -164,7 +171,7 @@ def _slow_vertices(run: Run, bend: Bend, min_speed: float) -> list[int]:
     """For each row of curves that are too slow for too long, the vertex of the run nearest to the slowest."""
     speeds, length = bend.chain.speed, bend.chain.length
     edges = np.diff(np.concatenate([[0], (speeds < min_speed).astype(np.int64), [0]]))
-    way = run.way()[1:-1]
+    way = run.way[1:-1]
     found = []
     for low, high in zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True):
         if (length[low:high] / np.maximum(speeds[low:high], 1e-9)).sum() < MAX_CREEP_S:

@@ -28,12 +28,11 @@ pub fn averaged(axis: &Axis, u: f64, window: f64, slope: f64) -> Averaged {
     let leg = axis.legs[here] as usize;
     let span = axis.u[leg + 1] - axis.u[leg];
     let way = (u - axis.u[leg]).clamp(0.0, span);
+    let (a, b) = (axis.points[leg], axis.points[leg + 1]);
+    let direction = [(b[0] - a[0]) / span, (b[1] - a[1]) / span];
     let mut found = [[0.0; 2]; 6];
-    for side in 0..2 {
-        let direction = (axis.points[leg + 1][side] - axis.points[leg][side]) / span;
-        found[0][side] = axis.points[leg][side] + way * direction;
-        found[1][side] = direction;
-    }
+    found[0] = [a[0] + way * direction[0], a[1] + way * direction[1]];
+    found[1] = direction;
     let first = axis.at.partition_point(|each| *each <= u - window);
     let change = axis.at[first..].iter().zip(&axis.change[first..]);
     for (at, change) in change.take_while(|(at, _)| **at < u + window) {
@@ -113,7 +112,7 @@ mod tests {
         let mut u = vec![0.0];
         let mut legs: Vec<[f64; 2]> = vec![];
         for pair in points.windows(2) {
-            let (dx, dy) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+            let (dx, dy): (f64, f64) = (pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
             let way = dx.hypot(dy);
             legs.push([dx / way, dy / way]);
             u.push(u[u.len() - 1] + way);

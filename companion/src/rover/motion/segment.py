@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
 from rover.errors import BadInput
 
 MIN_DURATION_US = 1_000

@@ -36,7 +36,6 @@ class Axis:
     vertices: Array
     change: Array
 
-
     def at(self, u: Array, window: Array, slope: Array) -> tuple[Array, Array]:
         """Q and its derivative over u at K places, (K, 2) each. `slope` (K,): of the window over u."""
         found = rover_native.averaged(self._line, (u, window, slope))

@@ -123,7 +123,8 @@ def _blended(
     runs = [_run(line, corners, in_run, taken, first, last, limits) for first, last in spans]
     new = [not (span in known and known[span][0] == run) for span, run in zip(spans, runs, strict=True)]
     fresh = bends(list(itertools.compress(runs, new)), limits, clearance, settings.slack)
-    known.update(zip(itertools.compress(spans, new), zip(itertools.compress(runs, new), fresh, strict=True), strict=True))
+    pairs = zip(itertools.compress(runs, new), fresh, strict=True)
+    known.update(zip(itertools.compress(spans, new), pairs, strict=True))
     found = [known[span][1] for span in spans]
     slow: list[int] = []
     for (first, _), run, bend in zip(spans, runs, found, strict=True):

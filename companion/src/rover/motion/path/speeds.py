@@ -137,8 +137,8 @@ def _most(part: Piece | Chain, end: int) -> float:
 def _along(
     chain: Chain, ends: tuple[float, float], limits: DrivingLimits, former: tuple[Array, Array, Array] | None
 ) -> tuple[Array, Array]:
-    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends. `former`: most
-    speed, share and speed at its nodes before it was made slower."""
+    """Speeds and accelerations at the nodes of a bend, with no more than `ends` where it begins and ends. `former`:
+    most speed, share and speed at its nodes before it was made slower."""
     most, share = _allowed(chain, ends)
     curvature, slope = chain.nodes
     found, accelerations = rover_native.bend_speeds(

@@ -76,7 +76,8 @@ def plan_segments(
     Where Ruckig knows no profile the segments end in a controlled stop, and `failure` says why.
     """
     if not stretches:
-        return Trajectory(np.zeros((0, 5), dtype=np.int64), 0.0, 0.0, start_heading or 0.0, [], np.zeros(0, dtype=np.int64))
+        none = np.zeros((0, 5), dtype=np.int64)
+        return Trajectory(none, 0.0, 0.0, start_heading or 0.0, [], none[:, 0])
     x, y, heading = stretches[0].begin
     heading = heading if start_heading is None else start_heading
     row = Row(x, y, heading)
@@ -129,7 +130,7 @@ def _aim(row: Row, begin: tuple[float, float], heading: float, ahead: float) -> 
 
 
 def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[NDArray[np.int64]]) -> Stretch:
-    """Drives a stretch, and again from where it differs while a limit is exceeded on a part that has a bend beside it."""
+    """Drives a stretch, and again from where it differs while a limit is exceeded on a part of it."""
     inside, most = limits.reserved(), allowed(limits)
     speeds = PartSpeeds(stretch.parts, inside)
     bent = any(isinstance(part, Chain) for part in stretch.parts)
@@ -160,9 +161,7 @@ def _drive(row: Row, stretch: Stretch, limits: DrivingLimits, starts: list[NDArr
     return Stretch(tuple(speeds.parts))
 
 
-def _part(
-    row: Row, speeds: PartSpeeds, number: int, curve: int, marks: list[RowMark], limits: DrivingLimits
-) -> None:
+def _part(row: Row, speeds: PartSpeeds, number: int, curve: int, marks: list[RowMark], limits: DrivingLimits) -> None:
     """Drives a part, a bend from one of its curves on; a mark for each CURVES_AT_ONCE of them."""
     part = speeds.parts[number]
     behind = speeds.parts[number + 1].length if number + 1 < len(speeds.parts) else 0.0

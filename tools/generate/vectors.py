@@ -106,9 +106,7 @@ def stream_vectors() -> list[dict[str, object]]:
         stream("an idle line of zeros is no error", b"\0\0\0" + wire[stop] + b"\0\0", [stop], 0, 0, 0),
         stream("text before the first zero is one malformed frame", b"boot\0" + wire[stop], [stop], 0, 1, 0),
         stream("a receiver that joins in the middle of a frame", wire[stop][4:] + wire[alive], [alive], 0, 1, 0),
-        stream(
-            "a frame cut off by the next one's leading zero", wire[stop][:5] + wire[alive], [alive], 0, 1, 0
-        ),
+        stream("a frame cut off by the next one's leading zero", wire[stop][:5] + wire[alive], [alive], 0, 1, 0),
         stream("a flipped bit", wire[stop] + bytes(damaged) + wire[empty], [stop, empty], 1, 0, 1),
         stream("a run that reaches beyond the end", run_too_long + wire[stop], [stop], 0, 1, 0),
         stream("nine bytes of payload are too many, even with a right checksum", nine + wire[stop], [stop], 0, 1, 0),

@@ -264,6 +264,27 @@ def test_without_sight_the_rover_waits_and_goes_on_and_ends_when_it_does_not_com
     assert rover.outcome.status is RunStatus.PARTIAL
 
 
+def test_what_cannot_be_kept_any_more_ends_the_mission_at_rest_and_says_why() -> None:
+    row = CHECKS[Check.LOG]
+    assert (row.driving, row.status) == (Driving.END, RunStatus.PARTIAL)
+    rover = driving()
+    rover.survey.checks.kept("the log can no longer be written: No space left on device")
+    rover.run(10.0)
+    assert rover.outcome is not None
+    assert rover.outcome.status is RunStatus.PARTIAL
+    assert rover.outcome.reason == "the log can no longer be written: No space left on device"
+    assert rover.survey.drive.at_rest(rover.now)
+
+
+def test_a_rover_whose_log_cannot_be_written_is_not_armed() -> None:
+    assert CHECKS[Check.LOG].start is AtStart.REFUSED
+    rover = ImaginedRover(world=Imagined(state=MotorState.DISARMED))
+    rover.survey.checks.kept("the disk is nearly full: 3 MB are left")
+    assert not any(rover.step().arm for _ in range(20))
+    assert rover.outcome is not None
+    assert rover.outcome.reason == "the disk is nearly full: 3 MB are left: not armed"
+
+
 def test_a_battery_that_is_needed_for_the_way_back_sends_it_home() -> None:
     assert CHECKS[Check.BATTERY_RESERVE].driving is Driving.HOME
     rover = driving()

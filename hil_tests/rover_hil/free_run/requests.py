@@ -58,6 +58,7 @@ class Requests:
             "fault": self._fault,
             "set_down": self._set_down,
             "tape": self._tape,
+            "motors": self._motors,
             "judge": self._verdict,
             "stop": self._stop,
         }
@@ -129,6 +130,11 @@ class Requests:
             "bearing_deg": math.degrees(math.atan2(dy, dx)),
             "rover": self._whereabouts(),
         }
+
+    def _motors(self, table: Table) -> dict[str, Any]:
+        table.only()
+        left, right, powered = self._plant.duty()
+        return {"powered": powered, "duty": [left, right]}
 
     def _verdict(self, table: Table) -> dict[str, Any]:
         table.only("zones", "detections")

@@ -42,9 +42,7 @@ def test_missions_are_counted_with_their_interval_and_mines_that_hardly_show_are
     assert "per m² surveyed | 0.004" in said
 
 
-def test_a_mission_without_a_result_is_named_and_no_success(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mission_without_a_result_is_named_and_no_success(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(tmp_path, 1, 0, False)
     (tmp_path / "seed-2").mkdir()
     assert main([str(tmp_path)]) == 1

@@ -59,9 +59,7 @@ class Judged:
 def judged_pairs() -> list[Judged]:
     """The list, in its order."""
     with LIST.open(newline="") as file:
-        return [
-            Judged(row["a"], row["b"], row["overlap"], _corners(row["corners"])) for row in csv.DictReader(file)
-        ]
+        return [Judged(row["a"], row["b"], row["overlap"], _corners(row["corners"])) for row in csv.DictReader(file)]
 
 
 def _corners(text: str) -> Points | None:

@@ -137,9 +137,7 @@ def look_at_fields(
     contrast, radius, to_mine, to_obstacle = (column.astype(np.float32) for column in table[3:])
     sights = np.array(seen, np.float32).reshape(-1, 4)
     of_field = np.array(field_of, np.int64)
-    return Looks(
-        np.concatenate(vectors), of_look, mine, kind, contrast, radius, to_mine, to_obstacle, sights, of_field
-    )
+    return Looks(np.concatenate(vectors), of_look, mine, kind, contrast, radius, to_mine, to_obstacle, sights, of_field)
 
 
 _INDEX = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
@@ -149,9 +147,7 @@ _WAYS = [np.rot90(side, turn).ravel() for side in (_INDEX, _INDEX[:, ::-1]) for 
 WAYS = np.array([np.concatenate((*(way + n * SIDE * SIDE for n in range(PICTURES)), _REST)) for way in _WAYS])
 
 
-def turned(
-    vectors: NDArray[np.float32], labels: NDArray[np.integer], rng: np.random.Generator
-) -> NDArray[np.float32]:
+def turned(vectors: NDArray[np.float32], labels: NDArray[np.integer], rng: np.random.Generator) -> NDArray[np.float32]:
     """The same candidates with their pictures turned by chance: neither heat nor soil knows a direction.
 
     What stands out of the ground is drawn out away from the camera: it is mirrored only.

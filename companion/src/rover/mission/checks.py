@@ -40,6 +40,8 @@ class Checks:
         """`late_s`: between two cycles, from which the second counts as late."""
         self._late_s = late_s
         self.active: set[Check] = set()
+        # What is known beyond the row's line, for the operator.
+        self.details: dict[Check, str] = {}
         self._fixes: deque[Fix] = deque(maxlen=FIXES)
         self._late: deque[bool] = deque(maxlen=CYCLES)
         self._before: float | None = None
@@ -63,6 +65,12 @@ class Checks:
     def clock(self, error_bound: float) -> None:
         """What the clock estimate may be off by, seconds."""
         self._set(Check.CLOCK, error_bound > CLOCK_S)
+
+    def kept(self, trouble: str | None) -> None:
+        """`trouble`: why what has been recorded and learned can be kept no more; None while it can."""
+        self._set(Check.LOG, trouble is not None)
+        if trouble is not None:
+            self.details[Check.LOG] = trouble
 
     def moved(self, now: float, commanded: Callable[[float, float], float], travelled: float) -> None:
         """`commanded`: metres that the wheels were to roll between two times; `travelled`: that they have in all."""

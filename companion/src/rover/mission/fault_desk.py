@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from rover.link.telemetry import FaultReport, FirmwareState, Telemetry
 from rover.link.words import FaultCode
@@ -29,21 +29,32 @@ class FaultDesk:
             if isinstance(event, FaultReport) and row is not None and row.driving is Driving.NOTE:
                 self._counted.add(event.code)
 
-    def act(self, survey: Conduct, now: float, firmware: FirmwareState, checks: Iterable[Check]) -> None:
-        """Does what the table says about everything that has come or gone since the last cycle."""
+    def act(
+        self,
+        survey: Conduct,
+        now: float,
+        firmware: FirmwareState,
+        checks: Iterable[Check],
+        details: Mapping[Check, str] | None = None,
+    ) -> None:
+        """Does what the table says about everything that has come or gone since the last cycle.
+
+        `details`: what the operator reads of a check in place of its line.
+        """
+        told = {check.value: detail for check, detail in (details or {}).items()}
         active = {*firmware.faults, *self._counted, *checks}
         for name in sorted(active - self._active):
-            self._begin(survey, now, name)
+            self._begin(survey, now, name, told.get(name))
         for name in sorted(self._active - active):
             self._end(survey, now, name)
         self._active = active
 
-    def _begin(self, survey: Conduct, now: float, name: str) -> None:
+    def _begin(self, survey: Conduct, now: float, name: str, detail: str | None) -> None:
         row = row_of(name)
         if row is None:
             survey.note(now, UNKNOWN.format(name))
             return
-        line = f"{row.line} ({name})"
+        line = detail or f"{row.line} ({name})"
         if survey.phase is Phase.START:
             if row.start is AtStart.REFUSED:
                 survey.abort(Outcome(row.status, f"{line}: not armed"))

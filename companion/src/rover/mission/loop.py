@@ -20,7 +20,6 @@ from rover.link.rig import Rig
 from rover.link.session import Link
 from rover.mission.commands import Command, Word
 from rover.mission.ear import Ear
-from rover.mission.fault_table import CHECKS, Check
 from rover.mission.goals import GoalState
 from rover.mission.moment import moment_of
 from rover.mission.operator import remaining_s, situation, tell
@@ -190,9 +189,7 @@ class MissionLoop:
         orders = self.survey.step(now, telemetry, frames, self.link.state)
         self._carry_out(orders)
         self._record(now, bool(frames))
-        trouble = self._keep(now)
-        if trouble is not None:
-            self.survey.abort(Outcome(CHECKS[Check.LOG].status, trouble))
+        self.survey.checks.kept(self._keep(now))
         if self._on_status is not None and now >= self._status_due:
             self._status_due = now + STATUS_PERIOD
             self._on_status(self._status(now))

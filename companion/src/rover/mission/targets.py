@@ -107,9 +107,7 @@ def _candidates(
         if poses:
             # Another side each time: what hid the goal from one hides it less from another.
             targets.append(Target(poses[goal.attempts * len(poses) // 3 % len(poses)], goal, 0.0))
-    views = viewpoints(
-        ~unseen, free, unseen, footprint, pose, resolution, distance, occluders=occluders, origin=origin
-    )
+    views = viewpoints(~unseen, free, unseen, footprint, pose, resolution, distance, occluders=occluders, origin=origin)
     targets += [Target(view.pose, None, view.gain_m2) for view in _spread(views)]
     return targets
 

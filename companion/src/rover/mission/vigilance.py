@@ -50,7 +50,7 @@ def heed_faults(
     else:
         checks.stands()
     desk.take(telemetry)
-    desk.act(survey, now, firmware, checks.active)
+    desk.act(survey, now, firmware, checks.active, checks.details)
 
 
 def heed_gap(survey: Conduct, now: float) -> None:

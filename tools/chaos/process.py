@@ -1,0 +1,102 @@
+"""`rover` as a process that is watched: how it ended, what it said, how long it took, how much memory."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROVER = Path(sys.executable).with_name("rover")
+# More is taken from nobody else on this computer, whatever a command does.
+ADDRESS_SPACE = 16 * 2**30
+
+
+@dataclass(frozen=True)
+class Ended:
+    """code: exit code, negative for a signal, None when it had to be ended; seconds on the wall; peak memory in MB."""
+
+    command: tuple[str, ...]
+    code: int | None
+    out: str
+    err: str
+    seconds: float
+    memory_mb: float
+
+
+@dataclass
+class Running:
+    """One command on its way. Call `end` once."""
+
+    command: tuple[str, ...]
+    process: subprocess.Popen[bytes]
+    began: float
+    folder: tempfile.TemporaryDirectory[str]
+    _ended: Ended | None = field(default=None, repr=False)
+
+    @property
+    def runs(self) -> bool:
+        return self._ended is None and not _gone(self.process.pid)
+
+    def signal(self, number: int) -> None:
+        """Nothing for a process that is gone."""
+        if self.runs:
+            os.kill(self.process.pid, number)
+
+    def end(self, limit_s: float) -> Ended:
+        """Waits so long at most, and ends it by force then."""
+        deadline = time.monotonic() + limit_s
+        late = False
+        while (found := os.wait4(self.process.pid, os.WNOHANG))[0] == 0:
+            if time.monotonic() > deadline and not late:
+                late = True
+                os.kill(self.process.pid, signal.SIGKILL)
+            time.sleep(0.01)
+        _, status, used = found
+        seconds = time.monotonic() - self.began
+        self.process.returncode = code = os.waitstatus_to_exitcode(status)
+        out, err = (Path(self.folder.name, name).read_bytes().decode("utf-8", "replace") for name in ("out", "err"))
+        self.folder.cleanup()
+        self._ended = Ended(self.command, None if late else code, out, err, seconds, used.ru_maxrss / 1024)
+        return self._ended
+
+
+def start(*arguments: object, cwd: Path | None = None, before: Callable[[], None] | None = None) -> Running:
+    """`rover` with these arguments; `before` runs in the new process."""
+
+    def prepare() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
+        if before is not None:
+            before()
+
+    command = tuple(str(each) for each in (ROVER, *arguments))
+    folder = tempfile.TemporaryDirectory(prefix="chaos-said-")
+    with open(Path(folder.name, "out"), "wb") as out, open(Path(folder.name, "err"), "wb") as err:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=err,
+            cwd=cwd,
+            preexec_fn=prepare,
+            start_new_session=True,
+        )
+    return Running(command, process, time.monotonic(), folder)
+
+
+def run(*arguments: object, limit_s: float, cwd: Path | None = None) -> Ended:
+    """To its end."""
+    return start(*arguments, cwd=cwd).end(limit_s)
+
+
+def _gone(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True

@@ -36,3 +36,8 @@ def test_turning_on_the_spot_presses_one_ring() -> None:
 def test_negative_coordinates_and_long_ways_count_the_same() -> None:
     assert fresh_wheel_area(straight(20.0, x=-10.0), STANDARD) == pytest.approx(2.0 * 20.0 * TYRE_M, rel=0.01)
     assert fresh_wheel_area(straight(0.002), STANDARD) <= 2.0 * 4.0 * CELL_M**2
+
+
+def test_a_rover_that_never_knew_where_it_was_has_pressed_nothing() -> None:
+    assert fresh_wheel_area(np.zeros((0, 3)), STANDARD) == 0.0
+    assert fresh_wheel_area(np.zeros((1, 3)), STANDARD) > 0.0

@@ -30,7 +30,9 @@ def fresh_wheel_area(track: NDArray[np.float64], vehicle: Vehicle) -> float:
 def _press(tiles: dict[tuple[int, int], NDArray[np.uint8]], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
     """Draws a wheel's line, a tyre wide, into the tiles that it comes through."""
     columns, rows = np.round(x / CELL_M).astype(int), np.round(y / CELL_M).astype(int)
-    moved = np.flatnonzero(np.r_[True, (np.diff(columns) != 0) | (np.diff(rows) != 0)])
+    # The first counts as moved to; of a rover that never knew where it was there is none.
+    first = np.arange(min(1, len(columns)))
+    moved = np.r_[first, np.flatnonzero((np.diff(columns) != 0) | (np.diff(rows) != 0)) + 1]
     width = max(1, round(TYRE_M / CELL_M))
     for column, row in zip(columns[moved].tolist(), rows[moved].tolist(), strict=True):
         for r in range(row - (width - 1) // 2, row + width // 2 + 1):

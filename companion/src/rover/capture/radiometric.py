@@ -10,16 +10,23 @@ from numpy.typing import NDArray
 
 from rover.bounds import read_bounded
 from rover.capture import exif, flir_file, jpeg_segments
+from rover.capture.frame import Frame
 from rover.capture.radiometry import Surroundings
 from rover.capture.raster import check_frame, decode_raster
-from rover.capture.temperatures import PLAUSIBLE_KELVIN, check_median, kelvin_of_counts, kelvin_of_floats
+from rover.capture.temperatures import (
+    OUTDOORS_KELVIN,
+    PLAUSIBLE_KELVIN,
+    check_median,
+    kelvin_of_counts,
+    kelvin_of_floats,
+)
 from rover.errors import BadInput
 
 # How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
 # of four cameras none lies beyond by more than 6 K or by more than its neighbours' range.
 SPIKE_KELVIN, SPIKE_RATIO = 30.0, 5.0
-# Segments of a JPEG in which DJI's own cameras keep their thermal record.
 AS_IN_THE_FILE = Surroundings()
+# Segments of a JPEG in which DJI's own cameras keep their thermal record.
 DJI_SEGMENTS = frozenset((0xE3, 0xE4, 0xE5))
 
 
@@ -72,6 +79,25 @@ def read_thermogram(path: Path | str, frame: int = 1, told: Surroundings = AS_IN
     is_counts = raster.pixels.dtype == np.uint16
     kelvin = kelvin_of_counts(raster.pixels, name) if is_counts else kelvin_of_floats(raster.pixels, name)
     return Thermogram("unknown", kelvin, frame, raster.frames)
+
+
+def thermogram_of(frame: Frame, number: int, name: str) -> Thermogram:
+    """A source's frame as temperatures; `number` from 1, `frames` as many as have been seen.
+
+    Raises BadInput where its counts are none: grey levels, or a sensor's own counts.
+    """
+    if frame.kelvin_per_count is None:
+        if int(frame.counts.max(initial=0)) < 256:
+            raise BadInput(f"{name}: grey levels of 8 bits: no temperatures")
+        raise BadInput(
+            f"{name}: raw counts{f' of {frame.camera}' if frame.camera else ''} are no temperatures; "
+            "if they are kelvin × 100 say so: ?unit=centikelvin"
+        )
+    if frame.doubt is not None:
+        raise BadInput(f"{name}: {frame.doubt}")
+    known = np.where(frame.counts > 0, frame.kelvin(), np.nan).astype(np.float32)
+    check_median(known, OUTDOORS_KELVIN, f"{name}: frame {number}: counts that are not temperatures")
+    return Thermogram(frame.camera or "unknown", known, number, number)
 
 
 def _of_jpeg(data: bytes, name: str, told: Surroundings) -> Thermogram:

@@ -9,7 +9,7 @@ from pathlib import Path
 from rover.errors import BadInput
 
 
-def spare_inputs(out: Path, inputs: Iterable[Path]) -> None:
+def spare_inputs(out: Path, inputs: Iterable[Path], option: str = "--out") -> None:
     """Raises BadInput when writing `out` would destroy one of the files that it is made from, under whatever name."""
     for path in inputs:
         try:
@@ -17,4 +17,4 @@ def spare_inputs(out: Path, inputs: Iterable[Path]) -> None:
         except OSError:
             same = False
         if same:
-            raise BadInput(f"--out {out}: is {path}, which it is made from; name another file")
+            raise BadInput(f"{option} {out}: is {path}, which it is made from; name another file")

@@ -76,9 +76,33 @@ def test_a_loop_is_closed_instead_of_adding_up() -> None:
     points = np.random.default_rng(3).uniform(0, 300, (40, 2))
     ties = [Tie(n, (n + 1) % 4, points, points + np.array([1.0, 0.0])) for n in range(4)]
     chained = {n: np.array([[1.0, 0, -n], [0, 1, 0], [0, 0, 1]]) for n in range(4)}
-    solved = solve(chained, 0, ties, GraphSettings(scale_px=10.0))
+    solved = solve(chained, 0, ties, GraphSettings(scales_px=(10.0,)))
     assert rmse_of(chained, ties, 10.0) == pytest.approx(2.0, abs=0.01)
     assert rmse_of(solved, ties, 10.0) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_thing_before_the_wall_does_not_take_the_pictures_with_it_that_mostly_show_it() -> None:
+    """Neighbours agree on a bay window by three ties of four; what spans the graph agrees on the wall alone."""
+    rng = np.random.default_rng(12)
+    bay = np.array([10.0, 0.0])
+    ties = []
+    for a, b in ((0, 1), (1, 2), (2, 3), (3, 4)):
+        points = rng.uniform(0, 300, (50, 2))
+        shift = np.where(np.arange(50)[:, None] < 36, bay, 0.0)
+        ties.append(Tie(a, b, points, points + shift + rng.normal(0, 0.2, (50, 2))))
+    for a, b in ((0, 2), (1, 3), (2, 4), (0, 3), (1, 4), (0, 4)):
+        points = rng.uniform(0, 300, (50, 2))
+        ties.append(Tie(a, b, points, points + rng.normal(0, 0.2, (50, 2))))
+    # Where the chain of neighbours puts them: each another bay's shift along.
+    chained = {n: np.array([[1.0, 0, -10.0 * n], [0, 1, 0], [0, 0, 1]]) for n in range(5)}
+    corners = np.array([[0.0, 0.0], [300.0, 0.0], [300.0, 300.0], [0.0, 300.0]])
+
+    def off(settings: GraphSettings) -> float:
+        found = solve(chained, 0, ties, settings)
+        return max(float(np.abs(apply_homography(h, corners) - corners).max()) for h in found.values())
+
+    assert off(GraphSettings()) < 0.5
+    assert off(GraphSettings(scales_px=(1.0,), iterations=25)) > 5.0  # what one scale alone makes of it
 
 
 @pytest.mark.slow

@@ -23,8 +23,6 @@ from rover.vision.registration.register import (
 
 Points = NDArray[np.float64]
 Progress = Callable[[int, int], None]
-# Corners that tie two pictures together are at least this far apart.
-TIE_SPACING_PX = 12.0
 RIGHT, DOWN = np.array([1.0, 0.0]), np.array([0.0, 1.0])
 
 
@@ -33,17 +31,21 @@ class GraphSettings:
     """reach: each picture is registered with so many before it, and with all if there are at most `few`.
 
     overlap: share of a picture that must lie on another, by the first solution, for that pair to be tried too.
-    corners: points that tie a pair. scale_px: residual at which a tie begins to count less (Cauchy).
+    registration: as of a pair by itself, but not to the last fraction of a pixel, for which there are the ties.
+    corners: points that tie a pair; spacing: least distance between them, a share of the picture's width, so that a
+    textured thing before the wall does not take them all. scales_px: residual at which a tie begins to count less
+    (Cauchy), solution after solution: the first asks what most of the graph agrees with, the last for exactness.
     """
 
-    registration: RegistrationSettings = field(default_factory=RegistrationSettings)
+    registration: RegistrationSettings = field(default_factory=lambda: RegistrationSettings(fine=(1,)))
     follow: RefineSettings = field(default_factory=lambda: RefineSettings(window=21, halvings=2))
     reach: int = 3
     few: int = 10
     overlap: float = 0.4
     corners: int = 120
-    scale_px: float = 1.0
-    iterations: int = 25
+    spacing: float = 0.05
+    scales_px: tuple[float, ...] = (8.0, 2.5, 1.0)
+    iterations: int = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ def place_pictures(pictures: Sequence[Picture], settings: GraphSettings, progres
         _try(nodes, a, b, first, settings)
     ties = [tie for (a, b) in sorted(first) if a in homographies for tie in _tie(nodes, a, b, first[a, b], settings)]
     homographies = solve(homographies, reference, ties, settings)
-    return Placement(reference, homographies, rmse_of(homographies, ties, settings.scale_px))
+    return Placement(reference, homographies, rmse_of(homographies, ties, settings.scales_px[-1]))
 
 
 def _try(
@@ -176,7 +178,8 @@ def _tie(nodes: list[Prepared], a: int, b: int, homography: Points, settings: Gr
     laid = lay(nodes[a].sharp, nodes[b].sharp, homography)
     if laid is None:
         return []
-    start = strongest_corners(laid[0], settings.corners, settings.follow.quality, TIE_SPACING_PX, laid[1])
+    spacing = settings.spacing * laid[0].shape[1]
+    start = strongest_corners(laid[0], settings.corners, settings.follow.quality, spacing, laid[1])
     there, good = follow(laid[0], nodes[b].sharp, start, settings.follow)
     if good.sum() < 8:
         return []
@@ -187,17 +190,30 @@ def _tie(nodes: list[Prepared], a: int, b: int, homography: Points, settings: Gr
 def solve(
     homographies: dict[int, Points], reference: int, ties: list[Tie], settings: GraphSettings
 ) -> dict[int, Points]:
-    """All homographies but the reference's moved so that tied points meet in the mosaic (Gauss-Newton, damped)."""
+    """All homographies but the reference's moved so that tied points meet in the mosaic.
+
+    Some pictures mostly show something before the wall, and their ties agree on that: what most of the graph agrees
+    with is found while residuals of many pixels still count (graduated non-convexity), and made exact afterwards.
+    """
+    for scale_px in settings.scales_px:
+        homographies = _descend(homographies, reference, ties, scale_px, settings.iterations)
+    return homographies
+
+
+def _descend(
+    homographies: dict[int, Points], reference: int, ties: list[Tie], scale_px: float, iterations: int
+) -> dict[int, Points]:
+    """Gauss-Newton, damped; a tie counts less from a residual of `scale_px` on (Cauchy)."""
     free = [number for number in sorted(homographies) if number != reference]
     if not free or not ties:
         return homographies
     row = {number: index for index, number in enumerate(free)}
-    cost = _cost(homographies, ties, settings.scale_px)
+    cost = _cost(homographies, ties, scale_px)
     damping = 1e-4
-    for _ in range(settings.iterations):
-        step = _step(homographies, row, ties, settings.scale_px, damping)
+    for _ in range(iterations):
+        step = _step(homographies, row, ties, scale_px, damping)
         moved = {n: _normal((np.eye(3) + step[row[n]]) @ h) if n in row else h for n, h in homographies.items()}
-        new = _cost(moved, ties, settings.scale_px)
+        new = _cost(moved, ties, scale_px)
         if new < cost:
             done = cost - new < 1e-6 * cost
             homographies, cost, damping = moved, new, damping / 5

@@ -52,8 +52,8 @@ __all__ = [
 ]
 
 ESTIMATORS = {"magsac": cv2.USAC_MAGSAC, "ransac": cv2.RANSAC}
-# In which sizes of the pictures a guess is made better (halvings), and in which it is made exact.
-COARSE, FINE = (2,), (1, 0)
+# In which sizes of the pictures a guess is made better (halvings), before it is made exact.
+COARSE = (2,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def register_near(a: Prepared, b: Prepared, guess: Points, settings: Registratio
     if impossible(guess, a.shape):
         return None
     shown = beside(a, b, guess, settings.one_scale)
-    inward = refine_from_afar(shown.a, shown.b, shown.inward(guess), settings.refine, COARSE + FINE)
+    inward = refine_from_afar(shown.a, shown.b, shown.inward(guess), settings.refine, COARSE + settings.fine)
     homography = shown.outward(inward)
     if impossible(homography, a.shape) or not _shares_enough(homography, a, b, settings):
         return None
@@ -165,7 +165,8 @@ def _better(
 
 def _exact(guess: _Guess, settings: RegistrationSettings) -> tuple[Points, float]:
     """The guess made exact in the full pictures, and their agreement."""
-    inward = refine_from_afar(guess.shown.a, guess.shown.b, guess.shown.inward(guess.homography), settings.refine, FINE)
+    inward = guess.shown.inward(guess.homography)
+    inward = refine_from_afar(guess.shown.a, guess.shown.b, inward, settings.refine, settings.fine)
     return guess.shown.outward(inward), agreement(guess.shown.a, guess.shown.b, inward, 1)
 
 

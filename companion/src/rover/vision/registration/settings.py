@@ -32,6 +32,7 @@ class RegistrationSettings:
     min_inliers, min_ratio: fewer agreeing matches, or a smaller share of all clustered ones, is a refusal.
     min_spread: the inliers' bounding box, as a share of each picture's area.
     one_scale: factor by which the pictures' scales may differ before the finer one is made smaller.
+    fine: in which sizes of the pictures (halvings, the smallest first) the homography is made exact.
     min_kept: share of as many matches as before that must agree after the refinement; with fewer it is not used.
     rival: share of as many matches that may agree with another place: of two windows that look alike, which is it?
     min_overlap: share of each picture that must lie in the other: beyond, the homography is a guess.
@@ -68,6 +69,7 @@ class RegistrationSettings:
     min_spread: float = 0.01
     one_scale: float = 1.4
     refine: RefineSettings = field(default_factory=RefineSettings)
+    fine: tuple[int, ...] = (1, 0)
     min_kept: float = 0.6
     rival: float = 0.5
     min_overlap: float = 0.4

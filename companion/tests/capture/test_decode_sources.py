@@ -61,6 +61,7 @@ def test_one_frame_is_chosen_by_its_number(source: str, tmp_path: Path, capsys: 
     assert (code, found["frame"], found["frames"]) == (0, 2, 3)
     assert found["mean_c"] == pytest.approx(MEANS[1], abs=0.05)
     written = cv2.imread(str(out_file), cv2.IMREAD_UNCHANGED)
+    assert written is not None
     assert np.abs(written.astype(int) - FRAMES[1]).max() <= 5
 
 

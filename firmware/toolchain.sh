@@ -44,19 +44,26 @@ find_toolchain() {
     fi
 }
 
+# Where the sources and the crates lie goes into no binary: what is built in another folder is the same, byte for byte.
+same_paths() {
+    top=$(cd "$1" && git rev-parse --show-toplevel 2>/dev/null) || top=$(cd "$1/../.." && pwd)
+    echo "--remap-path-prefix=$top=/rover --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"
+}
+
 # thumb_cargo FOLDER SUBCOMMAND [CARGO OPTIONS]
 thumb_cargo() {
     crate=$1
     subcommand=$2
     shift 2
     find_toolchain || return 1
+    flags="${RUSTFLAGS:-} $(same_paths "$crate")"
     if [ "$toolchain" = rustup ]; then
-        (cd "$crate" && cargo "$subcommand" --release --locked --target "$target" "$@")
+        (cd "$crate" && RUSTFLAGS=$flags cargo "$subcommand" --release --locked --target "$target" "$@")
     else
         variable=CARGO_TARGET_$(echo "$target" | tr 'a-z.-' 'A-Z__')_LINKER
         (
             export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 "$variable=$linker"
-            cd "$crate" && /usr/bin/cargo "$subcommand" --release --locked -Zbuild-std=core --target "$target" "$@"
+            cd "$crate" && RUSTFLAGS=$flags /usr/bin/cargo "$subcommand" --release --locked -Zbuild-std=core --target "$target" "$@"
         )
     fi
 }
@@ -76,9 +83,6 @@ thumb_lint() {
     else
         # Debian's rustc-web comes without clippy: the compiler's own warnings are what is left.
         echo "lint: no clippy for $target: $crate is checked by the compiler alone" >&2
-        (
-            export RUSTFLAGS="-D warnings"
-            thumb_cargo "$crate" check --quiet "$@"
-        )
+        RUSTFLAGS="-D warnings" thumb_cargo "$crate" check --quiet "$@"
     fi
 }

@@ -14,22 +14,19 @@ fi
 
 # deny WORKSPACE SUBCOMMAND [OPTIONS]
 deny() {
-    workspace=$1
+    manifest=$top/$1/Cargo.toml
     shift
-    "$cargo" deny --manifest-path "$top/$workspace/Cargo.toml" --locked --all-features "$@"
+    "$cargo" deny --manifest-path "$manifest" --config "$top/deny.toml" --locked --workspace --all-features "$@"
 }
 
 checks="bans licenses sources"
-"$cargo" deny --manifest-path "$top/Cargo.toml" fetch --config "$top/deny.toml" db 2>/dev/null ||
-    echo "make audit: the database of advisories cannot be fetched" >&2
-if deny . check --config "$top/deny.toml" --disable-fetch advisories >/dev/null 2>&1 ||
-    [ -n "$(find "${CARGO_HOME:-$HOME/.cargo}/advisory-dbs" -name '*.md' -print -quit 2>/dev/null)" ]; then
+if deny . fetch db >/dev/null 2>&1 || deny . --offline check advisories >/dev/null 2>&1; then
     checks="advisories $checks"
 else
-    echo "make audit: there is no database of advisories: not checked" >&2
+    echo "make audit: the database of advisories cannot be had: they are not checked" >&2
 fi
 for workspace in . firmware/pico firmware/no_panic; do
-    echo "$workspace"
+    echo "$workspace/Cargo.lock"
     # shellcheck disable=SC2086 # one word for each check
-    deny "$workspace" check --config "$top/deny.toml" --disable-fetch --hide-inclusion-graph $checks
+    deny "$workspace" check --hide-inclusion-graph $checks
 done

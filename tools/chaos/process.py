@@ -20,7 +20,10 @@ ADDRESS_SPACE = 16 * 2**30
 
 @dataclass(frozen=True)
 class Ended:
-    """code: exit code, negative for a signal, None when it had to be ended; seconds on the wall; peak memory in MB."""
+    """code: exit code, negative for a signal, None when it had to be ended; peak memory in MB.
+
+    seconds: on the wall, without those that it stood in the queue for a processor.
+    """
 
     command: tuple[str, ...]
     code: int | None
@@ -50,16 +53,18 @@ class Running:
             os.kill(self.process.pid, number)
 
     def end(self, limit_s: float) -> Ended:
-        """Waits so long at most, and ends it by force then."""
-        deadline = time.monotonic() + limit_s
+        """Waits for so long of its own time at most, and ends it by force then."""
+        begin = time.monotonic()
+        queued = waited = _queued(self.process.pid)
         late = False
         while (found := os.wait4(self.process.pid, os.WNOHANG))[0] == 0:
-            if time.monotonic() > deadline and not late:
+            waited = _queued(self.process.pid)
+            if time.monotonic() - begin - (waited - queued) > limit_s and not late:
                 late = True
                 os.kill(self.process.pid, signal.SIGKILL)
             time.sleep(0.01)
         _, status, used = found
-        seconds = time.monotonic() - self.began
+        seconds = time.monotonic() - self.began - waited
         self.process.returncode = code = os.waitstatus_to_exitcode(status)
         out, err = (Path(self.folder.name, name).read_bytes().decode("utf-8", "replace") for name in ("out", "err"))
         self.folder.cleanup()
@@ -93,6 +98,14 @@ def start(*arguments: object, cwd: Path | None = None, before: Callable[[], None
 def run(*arguments: object, limit_s: float, cwd: Path | None = None) -> Ended:
     """To its end."""
     return start(*arguments, cwd=cwd).end(limit_s)
+
+
+def _queued(pid: int) -> float:
+    """Seconds that a process was ready to run and had no processor: how busy others keep the computer."""
+    try:
+        return int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) * 1e-9
+    except (OSError, ValueError, IndexError):
+        return 0.0
 
 
 def _gone(pid: int) -> bool:

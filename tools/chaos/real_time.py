@@ -41,8 +41,8 @@ CLIENTS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
 
 
 @contextmanager
-def driving(mission: Path, folder: Path, random: Random) -> Iterator[tuple[ServedRig, Running]]:
-    """A rig and a mission on it, at some moment after its begin."""
+def driving(mission: Path, folder: Path, random: Random) -> Iterator[tuple[ServedRig, Running, bool]]:
+    """A rig and a mission on it, at some moment; whether it has begun and answers."""
     rig = ServedRig(str(mission), "--free-run", "--seed", str(random.randrange(1000)))
     running: Running | None = None
     try:
@@ -55,7 +55,7 @@ def driving(mission: Path, folder: Path, random: Random) -> Iterator[tuple[Serve
         wait = time.monotonic() + random.uniform(0.0, 12.0)
         while running.runs and time.monotonic() < wait:
             time.sleep(0.05)
-        yield rig, running
+        yield rig, running, _time(folder) is not None
     finally:
         if running is not None and running.runs:
             running.signal(signal.SIGCONT)
@@ -69,7 +69,7 @@ def frozen(mission: Path) -> Any:
 
     def trial(folder: Path, random: Random) -> Trial:
         seconds = 0.1 * 300.0 ** random.random()
-        with driving(mission, folder, random) as (rig, running):
+        with driving(mission, folder, random) as (rig, running, begun):
             result = Trial(f"frozen for {seconds:.1f} s")
             running.signal(signal.SIGSTOP)
             begin = rig.ask("motors")
@@ -86,7 +86,7 @@ def frozen(mission: Path) -> Any:
             if seconds > ASKED_AFTER_S + 1.0 and rig.ask("motors")["powered"]:
                 result.wrong.append("after a long gap the motors are on again, and nobody was asked")
             running.signal(signal.SIGTERM)
-            result.wrong += _well_ended(running, folder)
+            result.wrong += _well_ended(running, folder, begun)
         return result
 
     return trial
@@ -96,9 +96,9 @@ def pulled(mission: Path) -> Any:
     """Rig and port are gone at once: the mission ends by itself, with all that it knew."""
 
     def trial(folder: Path, random: Random) -> Trial:
-        with driving(mission, folder, random) as (rig, running):
+        with driving(mission, folder, random) as (rig, running, begun):
             rig.process.kill()
-            return Trial("rig and port gone", _well_ended(running, folder, (0, 5, 6, 7, 8)))
+            return Trial("rig and port gone", _well_ended(running, folder, begun, (0, 5, 6, 7, 8)))
 
     return trial
 
@@ -108,7 +108,7 @@ def second_client(mission: Path) -> Any:
 
     def trial(folder: Path, random: Random) -> Trial:
         words, codes = random.choice(CLIENTS)
-        with driving(mission, folder, random) as (rig, running):
+        with driving(mission, folder, random) as (rig, running, begun):
             stand_for = {
                 "PORT": rig.port,
                 "CAMERA": rig.camera_source,
@@ -125,7 +125,7 @@ def second_client(mission: Path) -> Any:
             found = complaints(ended, COMMAND_S, ARCHIVES_MB, codes)
             result.wrong += [each for each in found if "instead of one" not in each]
             running.signal(signal.SIGTERM)
-            result.wrong += _well_ended(running, folder, (0, 5, 6, 8))
+            result.wrong += _well_ended(running, folder, begun, (0, 5, 6, 8))
             if (folder / "second").exists():
                 result.wrong.append("the second client has made a run")
         return result
@@ -139,8 +139,7 @@ def _time(folder: Path) -> float | None:
     return None
 
 
-def _well_ended(running: Running, folder: Path, codes: tuple[int, ...] = (0, 5, 6, 7, 8)) -> list[str]:
-    begun = (folder / "run" / "mission.mcap").exists()
+def _well_ended(running: Running, folder: Path, begun: bool, codes: tuple[int, ...] = (0, 5, 6, 7, 8)) -> list[str]:
     ended = running.end(END_S)
     wrong = complaints(ended, END_S, ARCHIVES_MB, codes if begun else tuple(range(9)))
     if begun and ended.code is not None:

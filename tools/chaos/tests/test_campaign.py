@@ -1,4 +1,4 @@
-"""Two minutes of the fault campaign: `python -m tools.chaos` has no end of them."""
+"""A minute or two of the fault campaign: `python -m tools.chaos` has no end of them."""
 
 from __future__ import annotations
 
@@ -23,15 +23,13 @@ def campaign() -> Iterator[Campaign]:
         yield made
 
 
-@pytest.mark.parametrize("number", range(10))
+@pytest.mark.parametrize("number", range(8))
 def test_no_file_makes_a_command_fail_otherwise_than_in_one_line(campaign: Campaign, number: int) -> None:
     done = campaign.one(number, "hostile file")
     assert done.trial.wrong == [], done.trial.did
 
 
-@pytest.mark.parametrize(
-    ("number", "kind"), [(100, "kill -9"), (101, "told to end"), (102, "disk full"), (103, "frozen")]
-)
+@pytest.mark.parametrize(("number", "kind"), [(100, "kill -9"), (103, "frozen")])
 def test_whatever_happens_to_a_mission_little_is_lost_and_one_line_says_what(
     campaign: Campaign, number: int, kind: str
 ) -> None:

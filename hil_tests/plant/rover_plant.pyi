@@ -26,6 +26,10 @@ class Plant:
     def now_us(self) -> int:
         """Time since the start of the world, µs."""
 
+    def add_layer(self, raster: NDArray[np.float32], series: NDArray[np.float64]) -> None:
+        """Lets a part of the ground's temperature change: `raster` (rows, columns) in kelvin times `series` (n,) by
+        second since the start, whose last value stays. Raises ValueError."""
+
     def attach_sitl(self, stdin_fd: int, stdout_fd: int, host_bytes: int = 0) -> None:
         """Puts a firmware process that has just been started into the loop: the write end of its stdin, the read end
         of its stdout, and how many bytes the host had written by then; those on the wire are lost to it.

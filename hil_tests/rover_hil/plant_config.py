@@ -13,6 +13,9 @@ from rover.vision.camera.model import CameraModel
 from rover_plant import Plant
 
 from rover_hil.ground import Ground
+from rover_hil.world import World, world_of
+from rover_hil.world.real_camera import bolometer, real_camera
+from rover_hil.world.real_ground import slip_bursts, unevenness
 
 CAMERA_PERIOD_US = 120_000
 CAMERA_LATENCY_US = 60_000
@@ -24,6 +27,7 @@ def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: in
     """Everything that differs from the plant's nominal rover; see hil_tests/plant/src/config.rs."""
     vehicle = Vehicle()
     launch = mission.launch
+    world = world_of(mission)
     return {
         "seed": seed,
         "raster_origin_x": ground.origin_x,
@@ -41,18 +45,22 @@ def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: in
             "track_width": vehicle.track_width,
             "wheel_radius": vehicle.wheel_radius,
             "counts_per_revolution": vehicle.counts_per_revolution,
+            **slip_bursts(world),
         },
+        **unevenness(world),
         "sonar": {"mounts": [[mount.x, mount.y, mount.yaw] for mount in vehicle.sonars]},
-        "camera": camera_config(camera),
+        "camera": camera_config(camera, world, seed),
         "baud": mission.rover.baud,
         "footprint_radius": vehicle.radius,
     }
 
 
-def camera_config(camera: CameraModel) -> dict[str, Any]:
-    """The renderer's camera. Raises BadInput for a lens that it cannot draw."""
-    if camera.skew or any(camera.distortion):
-        raise BadInput(f"camera {camera.name}: the simulated camera has no skew and no lens distortion; set both to 0")
+def camera_config(camera: CameraModel, world: World, seed: int) -> dict[str, Any]:
+    """The renderer's camera. Raises BadInput for one that it cannot draw."""
+    if camera.skew:
+        raise BadInput(f"camera {camera.name}: the simulated camera has no skew; set it to 0")
+    camera = real_camera(camera, world, seed)
+    lens = (*camera.distortion, 0.0, 0.0, 0.0, 0.0, 0.0)[:5]
     return {
         "width": camera.width,
         "height": camera.height,
@@ -66,6 +74,8 @@ def camera_config(camera: CameraModel) -> dict[str, Any]:
         "rotation": camera.base_from_camera.tolist(),
         "period_us": CAMERA_PERIOD_US,
         "latency_us": CAMERA_LATENCY_US,
+        "lens": list(lens),
+        "bolometer": bolometer(world),
     }
 
 
@@ -85,9 +95,12 @@ def build_plant(mission: Mission, ground: Ground, camera: CameraModel, seed: int
     config = plant_config(mission, ground, camera, seed)
     if not pictures:
         config["camera"]["first_exposure_us"] = NEVER_US
-    return Plant(
+    plant = Plant(
         json.dumps(config),
         np.ascontiguousarray(ground.temperature, dtype=np.float32),
         np.ascontiguousarray(ground.height, dtype=np.float32),
         np.asarray(ground.obstacles, dtype=np.float64).reshape(-1, 4),
     )
+    for layer in ground.layers:
+        plant.add_layer(np.ascontiguousarray(layer.raster, dtype=np.float32), layer.series)
+    return plant

@@ -30,9 +30,11 @@ PAPER_FIELD = (
 
 
 def mission(hour=13.0, soil="loam", size=(3.0, 4.0), goals=((2.0, 2.5),), known=(), **field):
-    settings = {"rocks": 5, "grass": 4, "surface_mines": 2, "buried_mine_depths": (0.01, 0.02, 0.05), **field}
+    things = {"rocks": 5, "grass": 4, "surface_mines": 2, "buried_mine_depths": (0.01, 0.02, 0.05)}
+    settings = {**things, "placement": "spaced", "world": "", **field}
     return SimpleNamespace(
         time_of_day_s=hour * 3600.0,
+        max_duration_s=900.0,
         goals=goals,
         area=SimpleNamespace(width=size[0], height=size[1], obstacles=known),
         plates=Plates(),
@@ -159,9 +161,7 @@ def test_the_truth_is_plain_json(ground):
 
 
 def test_known_obstacles_come_first_and_are_rocks():
-    built = build(
-        mission(known=PAPER_FIELD, rocks=0, grass=0, surface_mines=1, buried_mine_depths=(0.02,)), 1
-    )
+    built = build(mission(known=PAPER_FIELD, rocks=0, grass=0, surface_mines=1, buried_mine_depths=(0.02,)), 1)
     np.testing.assert_array_equal(built.obstacles[:, :3], PAPER_FIELD)
     assert set(built.obstacle_kinds) == {"rock"}
 

@@ -25,9 +25,11 @@ needs_data = pytest.mark.skipif(
 
 
 def mission(**field):
-    settings = {"rocks": 5, "grass": 4, "surface_mines": 2, "buried_mine_depths": (0.01, 0.02, 0.05), **field}
+    things = {"rocks": 5, "grass": 4, "surface_mines": 2, "buried_mine_depths": (0.01, 0.02, 0.05)}
+    settings = {**things, "placement": "spaced", "world": "", **field}
     return SimpleNamespace(
         time_of_day_s=13 * 3600.0,
+        max_duration_s=900.0,
         goals=((2.0, 2.5),),
         area=SimpleNamespace(width=3.0, height=4.0, obstacles=()),
         plates=Plates(),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rover.vision.camera.file import load_camera
 from rover_hil.plant_config import camera_config
 from rover_hil.testing.plants import QUIET_CAMERA, cell_centres, drive, make_plant
+from rover_hil.world.file import FRIENDLY
 from rover_plant import Plant
 
 POSE = (1.7, 2.2, 0.6)
@@ -49,7 +50,7 @@ def test_each_pixel_sees_the_point_where_its_ray_meets_flat_ground(
     x = x0 + math.cos(heading) * forward - math.sin(heading) * left
     y = y0 + math.sin(heading) * forward + math.cos(heading) * left
 
-    plant = make_plant(temperature=slope_temperature(), camera=camera_config(load_camera(name)))
+    plant = make_plant(temperature=slope_temperature(), camera=camera_config(load_camera(name), FRIENDLY, 1))
     seen = plant.scene(*POSE)
 
     expected = 300.0 + KELVIN_PER_X * x + KELVIN_PER_Y * y

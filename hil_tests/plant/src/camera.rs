@@ -1,19 +1,24 @@
 //! The thermal camera: rays through the lens to the ground, and what the sensor makes of their temperatures.
 
 use crate::attitude::{turned, Stance};
+use crate::bolometer::Sensor;
 use crate::config;
 use crate::faults::CameraFault;
+use crate::lens::{distort, undistort};
 use crate::random::Random;
 use crate::terrain::{Point, Terrain};
 
 /// What a ray that meets no ground sees, kelvin.
 const SKY_TEMPERATURE: f32 = 250.0;
 
+/// Beyond this distance from the axis, squared, on the plane one ahead of the lens, no lens of ours shows anything.
+const FARTHEST_SQUARE: f64 = 3.0;
+
 /// One picture on its way to the companion.
 pub struct Frame {
     /// Number of the frame, from 0; counts on over frames that were not sent.
     pub sequence: u64,
-    /// Time of the exposure, µs.
+    /// Time of the exposure by the camera's clock, µs.
     pub exposure_us: u64,
     /// When the companion gets it, µs.
     pub delivered_us: u64,
@@ -39,6 +44,9 @@ pub struct Camera {
     sequence: u64,
     next_exposure_us: u64,
     last: Vec<u16>,
+    sensor: Sensor,
+    /// Of base_link, ahead in m/s and to the left in rad/s, to be told before a picture is taken.
+    pub motion: [f64; 2],
 }
 
 impl Camera {
@@ -50,11 +58,12 @@ impl Camera {
         let corner = ((width * width + height * height) as f64).sqrt() / 2.0;
         for v in 0..height {
             for u in 0..width {
-                let optical = [
+                let (a, b) = undistort(
+                    &config.lens,
                     (u as f64 - config.cx) / config.fx,
                     (v as f64 - config.cy) / config.fy,
-                    1.0,
-                ];
+                );
+                let optical = [a, b, 1.0];
                 rays.push(std::array::from_fn(|axis| {
                     (0..3).map(|k| config.rotation[axis][k] * optical[k]).sum()
                 }));
@@ -72,6 +81,8 @@ impl Camera {
             sequence: 0,
             next_exposure_us: config.first_exposure_us,
             last: Vec::new(),
+            sensor: Sensor::new(&config.bolometer, width, height, seed),
+            motion: [0.0; 2],
         };
         camera.draw_pattern();
         camera
@@ -85,25 +96,27 @@ impl Camera {
         [stance.pose.x + x, stance.pose.y + y, z]
     }
 
-    /// Takes the picture that is due at `now_us`, if any.
+    /// Takes the picture that is due at `now_us`, if any: it may come to nothing, and it may come twice.
     pub fn poll(
         &mut self,
         now_us: u64,
         stance: Stance,
         terrain: &Terrain,
         fault: Option<CameraFault>,
-    ) -> Option<Frame> {
+    ) -> Vec<Frame> {
         if now_us < self.next_exposure_us {
-            return None;
+            return Vec::new();
         }
         let exposure_us = self.next_exposure_us;
         self.next_exposure_us += self.config.period_us;
         self.sequence += 1;
         if fault == Some(CameraFault::Dead) {
-            return None;
+            return Vec::new();
         }
         let (calibrations, regular) = self.shutter(exposure_us);
-        let ffc = regular || fault == Some(CameraFault::Calibrating);
+        let shut = self.sensor.shut(exposure_us, self.motion[1]);
+        let calibrations = calibrations + self.sensor.calibrations;
+        let ffc = regular || shut || fault == Some(CameraFault::Calibrating);
         let frozen = fault == Some(CameraFault::Frozen);
         if calibrations != self.calibrations {
             self.calibrations = calibrations;
@@ -111,17 +124,19 @@ impl Camera {
         }
         let mut depth = Vec::new();
         if !(ffc || frozen) || self.last.is_empty() {
-            (self.last, depth) = self.expose(stance, terrain);
+            (self.last, depth) = self.expose(exposure_us, stance, terrain);
         }
-        Some(Frame {
+        let times = self.sensor.deliver(exposure_us + self.config.latency_us);
+        let frame = |delivered_us| Frame {
             sequence: self.sequence - 1,
-            exposure_us,
-            delivered_us: exposure_us + self.config.latency_us,
+            exposure_us: self.sensor.stamp(exposure_us),
+            delivered_us,
             ffc,
             counts: self.last.clone(),
             stance,
-            depth,
-        })
+            depth: depth.clone(),
+        };
+        times.into_iter().map(frame).collect()
     }
 
     /// How many calibrations have ended by `time_us`, and whether one is going on.
@@ -151,8 +166,17 @@ impl Camera {
         }
     }
 
-    fn expose(&mut self, stance: Stance, terrain: &Terrain) -> (Vec<u16>, Vec<f32>) {
+    fn expose(
+        &mut self,
+        exposure_us: u64,
+        stance: Stance,
+        terrain: &Terrain,
+    ) -> (Vec<u16>, Vec<f32>) {
         let (mut scene, depth) = self.scene(stance, terrain);
+        if self.sensor.is_slow() && self.motion != [0.0; 2] {
+            scene = self.smear(&scene, &depth);
+        }
+        self.sensor.disturb(exposure_us, &mut scene);
         let netd = self.config.netd as f32;
         for (index, kelvin) in scene.iter_mut().enumerate() {
             *kelvin +=
@@ -160,6 +184,61 @@ impl Camera {
         }
         let count = |kelvin: &f32| (kelvin * 100.0 + 0.5).clamp(0.0, 65_535.0) as i32 as u16;
         (scene.iter().map(count).collect(), depth)
+    }
+
+    /// What pixels that follow the scene with a time constant show while the rover moves: the scene of now at the
+    /// places where they saw it a while ago, by Gauss-Laguerre quadrature over the exponential weights.
+    fn smear(&self, scene: &[f32], depth: &[f32]) -> Vec<f32> {
+        const NODES: [(f64, f64); 3] = [
+            (0.415_775, 0.711_093),
+            (2.294_280, 0.278_518),
+            (6.289_945, 0.010_389),
+        ];
+        let config = &self.config;
+        let mut smeared = vec![0.0_f32; scene.len()];
+        for (node, weight) in NODES {
+            let before = node * config.bolometer.time_constant;
+            let (sine, cosine) = (self.motion[1] * before).sin_cos();
+            let way = self.motion[0] * before;
+            for (index, ray) in self.rays.iter().enumerate() {
+                // What this pixel saw then, on base_link as it stood then and as it stands now: its depth is taken as
+                // the present one.
+                let far = f64::from(depth[index]).min(20.0);
+                let (x, y) = (
+                    config.mount_x + far * ray[0] - way,
+                    config.mount_y + far * ray[1],
+                );
+                let base = [
+                    cosine * x + sine * y - config.mount_x,
+                    cosine * y - sine * x - config.mount_y,
+                    far * ray[2],
+                ];
+                let kelvin = match self.project(base) {
+                    Some((u, v)) => self.sample(scene, u, v),
+                    None => scene[index],
+                };
+                smeared[index] += weight as f32 * kelvin;
+            }
+        }
+        smeared
+    }
+
+    /// Pixel of a point given from the lens in base_link's axes; None behind it.
+    fn project(&self, base: Point) -> Option<(f64, f64)> {
+        project(&self.config, base).map(|(u, v, _)| (u, v))
+    }
+
+    /// Bilinear, drawn out at the edges.
+    fn sample(&self, scene: &[f32], u: f64, v: f64) -> f32 {
+        let (width, height) = (self.config.width, self.config.height);
+        let u = u.clamp(0.0, width as f64 - 1.001);
+        let v = v.clamp(0.0, height as f64 - 1.001);
+        let (column, row) = (u as usize, v as usize);
+        let (wu, wv) = ((u - column as f64) as f32, (v - row as f64) as f32);
+        let at = row * width + column;
+        let upper = scene[at] + wu * (scene[at + 1] - scene[at]);
+        let lower = scene[at + width] + wu * (scene[at + width + 1] - scene[at + width]);
+        upper + wv * (lower - upper)
     }
 
     /// What a perfect sensor would see from `stance`, row-major: temperatures in kelvin, and depths as in `Frame`.
@@ -175,6 +254,30 @@ impl Camera {
         };
         self.rays.iter().map(see).unzip()
     }
+}
+
+/// Column, row and depth of a point given from the lens in base_link's axes; None behind it.
+pub fn project(config: &config::Camera, base: Point) -> Option<(f64, f64, f64)> {
+    let along = |k: usize| {
+        (0..3)
+            .map(|axis| config.rotation[axis][k] * base[axis])
+            .sum::<f64>()
+    };
+    let range = along(2);
+    if range <= 0.0 {
+        return None;
+    }
+    if config.lens == [0.0; 5] {
+        let u = config.fx * along(0) / range + config.cx;
+        return Some((u, config.fy * along(1) / range + config.cy, range));
+    }
+    let (a, b) = (along(0) / range, along(1) / range);
+    // Far outside the picture the polynomial turns back and would lay points into it.
+    if a * a + b * b > FARTHEST_SQUARE {
+        return None;
+    }
+    let (a, b) = distort(&config.lens, a, b);
+    Some((config.fx * a + config.cx, config.fy * b + config.cy, range))
 }
 
 #[cfg(test)]
@@ -215,7 +318,7 @@ mod tests {
     fn pictures_come_at_their_period_with_their_own_time() {
         let mut camera = Camera::new(&small(), 1);
         let frames: Vec<Frame> = (0..600)
-            .filter_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
+            .flat_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
             .collect();
         let exposures: Vec<u64> = frames
             .iter()
@@ -237,7 +340,7 @@ mod tests {
     #[test]
     fn an_even_ground_is_seen_at_its_temperature_up_to_noise_and_vignetting() {
         let mut camera = Camera::new(&small(), 1);
-        let frame = camera.poll(50_000, POSE, &ground(), None).unwrap();
+        let frame = camera.poll(50_000, POSE, &ground(), None).remove(0);
         for (pixel, depth) in frame.counts.iter().zip(&frame.depth) {
             assert!(depth.is_finite());
             assert!((29_900..=30_030).contains(pixel), "{pixel}");
@@ -252,7 +355,7 @@ mod tests {
         };
         let mut camera = Camera::new(&config, 1);
         let frames: Vec<Frame> = (0..4000)
-            .filter_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
+            .flat_map(|ms| camera.poll(ms * 1000, POSE, &ground(), None))
             .collect();
         let closed: Vec<bool> = frames.iter().map(|frame| frame.ffc).collect();
         let first = closed.iter().position(|ffc| *ffc).unwrap();
@@ -269,13 +372,13 @@ mod tests {
     #[test]
     fn a_frozen_camera_repeats_itself_and_a_dead_one_is_silent() {
         let mut camera = Camera::new(&small(), 1);
-        let first = camera.poll(50_000, POSE, &ground(), None).unwrap();
+        let first = camera.poll(50_000, POSE, &ground(), None).remove(0);
         let frozen = camera
             .poll(170_000, POSE, &ground(), Some(CameraFault::Frozen))
-            .unwrap();
+            .remove(0);
         assert_eq!(frozen.counts, first.counts);
         assert!(camera
             .poll(290_000, POSE, &ground(), Some(CameraFault::Dead))
-            .is_none());
+            .is_empty());
     }
 }

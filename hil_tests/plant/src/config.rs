@@ -2,6 +2,9 @@
 
 use serde::Deserialize;
 
+use crate::bolometer::Bolometer;
+use crate::lens::Lens;
+
 /// The whole plant.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -305,6 +308,10 @@ pub struct Camera {
     pub ffc_period_us: u64,
     /// How long one lasts, µs.
     pub ffc_duration_us: u64,
+    /// Distortion of the lens: k1, k2, p1, p2, k3.
+    pub lens: Lens,
+    /// What a real sensor does besides.
+    pub bolometer: Bolometer,
 }
 
 impl Default for Camera {
@@ -337,6 +344,8 @@ impl Default for Camera {
             ffc_first_us: 3_000_000,
             ffc_period_us: 90_000_000,
             ffc_duration_us: 400_000,
+            lens: Lens::default(),
+            bolometer: Bolometer::default(),
         }
     }
 }

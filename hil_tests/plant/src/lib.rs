@@ -8,12 +8,14 @@
 
 pub mod attitude;
 pub mod battery;
+pub mod bolometer;
 pub mod bumper;
 pub mod camera;
 pub mod chip;
 pub mod config;
 pub mod drive;
 pub mod faults;
+pub mod lens;
 pub mod obstacle;
 pub mod pose;
 #[cfg(not(test))]

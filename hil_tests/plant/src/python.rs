@@ -1,6 +1,8 @@
 //! What Python sees: this file only converts between Python and the simulated world.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyConnectionError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -74,6 +76,20 @@ impl Plant {
         Ok(Self {
             world: World::new(config, terrain, obstacles),
         })
+    }
+
+    /// Lets a part of the ground's temperature change: kelvin by cell, times `series` by second. Raises ValueError.
+    fn add_layer(
+        &mut self,
+        raster: PyReadonlyArray2<'_, f32>,
+        series: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let raster = raster.as_array().iter().copied().collect();
+        let series = series.as_array().to_vec();
+        self.world
+            .terrain
+            .add_layer(raster, series)
+            .map_err(PyValueError::new_err)
     }
 
     /// Puts a rover-sitl that has just been started into the loop: descriptors of its stdin (write end) and stdout

@@ -1,7 +1,9 @@
 //! Which ground the camera has really seen: 1 cm cells, marked from the true pose at the true exposure.
 
 use crate::attitude::{turned, turned_back, Stance};
+use crate::camera::project;
 use crate::config;
+use crate::lens::undistort;
 use crate::terrain::{Point, Terrain};
 
 /// Side of a cell, metres.
@@ -101,17 +103,10 @@ impl Survey {
             }
             let z = terrain.height_at(x, y);
             let base = turned_back(&rotation, &[x - eye[0], y - eye[1], z - eye[2]]);
-            let along = |k: usize| {
-                (0..3)
-                    .map(|axis| camera.rotation[axis][k] * base[axis])
-                    .sum::<f64>()
-            };
-            let range = along(2);
-            if range <= 0.0 {
+            let Some((u, v, range)) = project(&camera, base) else {
                 return;
-            }
-            let u = camera.fx * along(0) / range + camera.cx + 0.5;
-            let v = camera.fy * along(1) / range + camera.cy + 0.5;
+            };
+            let (u, v) = (u + 0.5, v + 0.5);
             if u >= 0.0 && v >= 0.0 && u < width && v < height {
                 let pixel = v as usize * camera.width + u as usize;
                 survey.seen[index] = range <= f64::from(depth[pixel]) + DEPTH_TOLERANCE;
@@ -144,11 +139,12 @@ impl Survey {
             } else {
                 camera.height as f64 - 0.5
             };
-            let optical = [
+            let (a, b) = undistort(
+                &camera.lens,
                 (u - camera.cx) / camera.fx,
                 (v - camera.cy) / camera.fy,
-                1.0,
-            ];
+            );
+            let optical = [a, b, 1.0];
             let base: Point = std::array::from_fn(|axis| {
                 (0..3).map(|k| camera.rotation[axis][k] * optical[k]).sum()
             });

@@ -19,6 +19,15 @@ pub struct Terrain {
     tiles: Tiles,
     highest: f64,
     lowest: f64,
+    /// The temperature at time zero, and what is added to it by the second; empty where nothing changes.
+    base: Vec<f32>,
+    layers: Vec<Layer>,
+}
+
+/// A part of the temperature that changes: kelvin by cell, times a factor by second.
+struct Layer {
+    raster: Vec<f32>,
+    series: Vec<f64>,
 }
 
 /// A point in map coordinates, metres.
@@ -63,7 +72,39 @@ impl Terrain {
             height,
             highest,
             lowest,
+            base: Vec::new(),
+            layers: Vec::new(),
         })
+    }
+
+    /// Lets a part of the temperature change: kelvin by cell, times `series` by second, whose last value stays.
+    pub fn add_layer(&mut self, raster: Vec<f32>, series: Vec<f64>) -> Result<(), String> {
+        if raster.len() != self.temperature.len() || series.is_empty() {
+            return Err(
+                "layer: its raster has the ground's shape, its series at least one value".into(),
+            );
+        }
+        if self.layers.is_empty() {
+            self.base = self.temperature.clone();
+        }
+        self.layers.push(Layer { raster, series });
+        Ok(())
+    }
+
+    /// Brings the temperature to a second of the world.
+    pub fn warm(&mut self, second: usize) {
+        if self.layers.is_empty() {
+            return;
+        }
+        self.temperature.copy_from_slice(&self.base);
+        for layer in &self.layers {
+            let factor = layer.series[second.min(layer.series.len() - 1)] as f32;
+            if factor != 0.0 {
+                for (kelvin, part) in self.temperature.iter_mut().zip(&layer.raster) {
+                    *kelvin += factor * part;
+                }
+            }
+        }
     }
 
     /// Greatest height anywhere, metres.
@@ -224,6 +265,21 @@ mod tests {
                 f64::from(length) > fine - 2e-3,
                 "found {length}, first below at {fine}"
             );
+        }
+    }
+
+    #[test]
+    fn a_layer_changes_the_temperature_by_the_second_and_its_last_value_stays() {
+        let mut flat = ground(|_, _| 0.0);
+        let cells = COLUMNS * COLUMNS;
+        assert!(flat.add_layer(vec![1.0; 3], vec![0.0]).is_err());
+        flat.add_layer(vec![2.0; cells], vec![0.0, 0.5, 1.0])
+            .unwrap();
+        let kelvin = |flat: &Terrain| flat.look([0.105, 0.3, 0.5], [0.4, 0.0, -1.0]).unwrap().1;
+        let before = kelvin(&flat);
+        for (second, warmer) in [(1, 1.0), (2, 2.0), (9, 2.0), (0, 0.0)] {
+            flat.warm(second);
+            assert!((kelvin(&flat) - before - warmer).abs() < 1e-3);
         }
     }
 

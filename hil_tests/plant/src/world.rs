@@ -23,6 +23,8 @@ use crate::wire::Wire;
 pub const TICK_US: u64 = 1000;
 /// The referee looks every so often, microseconds.
 const LOOK_US: u64 = 10_000;
+/// The ground's temperature is brought up to date every so often, microseconds.
+const WARM_US: u64 = 1_000_000;
 
 /// Where the world stood when its firmware was switched on.
 #[derive(Default)]
@@ -197,13 +199,16 @@ impl World {
         if self.now_us.is_multiple_of(LOOK_US) {
             self.look();
         }
-        let stance = self.stance();
-        if let Some(frame) =
-            self.camera
-                .poll(self.now_us, stance, &self.terrain, self.faults.camera)
-        {
-            self.exposed.push(frame);
+        if self.now_us.is_multiple_of(WARM_US) {
+            self.terrain.warm((self.now_us / WARM_US) as usize);
         }
+        self.camera.motion = motion(before, self.pose, dt);
+        self.exposed.extend(self.camera.poll(
+            self.now_us,
+            self.stance(),
+            &self.terrain,
+            self.faults.camera,
+        ));
         while self
             .exposed
             .first()
@@ -317,4 +322,11 @@ impl World {
         }
         Ok(())
     }
+}
+
+/// Speed ahead and turn rate from one pose to the next.
+fn motion(before: Pose, now: Pose, dt: f64) -> [f64; 2] {
+    let (sine, cosine) = now.heading.sin_cos();
+    let ahead = cosine * (now.x - before.x) + sine * (now.y - before.y);
+    [ahead / dt, (now.heading - before.heading) / dt]
 }

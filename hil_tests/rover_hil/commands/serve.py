@@ -18,6 +18,7 @@ judge, stop; docs/reference/simulation.md describes them. Without --free-run tim
 \b
 Examples:
   rover hil serve demo --free-run
+  rover hil serve demo --world hard
   rover hil serve field.toml --seed 7 --transport can
   echo '{"op": "fault", "fault": "battery-sag", "drop_v": 2.0}' | nc -U CONTROL
 """
@@ -30,20 +31,20 @@ def command(
     seed: Annotated[int, typer.Option(min=0, help="Fixes the field and everything else random.")] = 1,
     free_run: Annotated[bool, typer.Option("--free-run", help="Time runs from the start.")] = False,
     no_camera: Annotated[bool, typer.Option("--no-camera", help="The camera takes no pictures.")] = False,
-    world: Annotated[Path | None, typer.Option(metavar="WORLD.toml", help="Not in this version.")] = None,
+    world: Annotated[
+        str, typer.Option(metavar="WORLD.toml", help="How unfriendly it is: a file, or the name of one that ships.")
+    ] = "",
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for truth.tum and truth.json.")] = None,
 ) -> int:
     """See HELP."""
-    if world is not None:
-        raise BadInput(f"--world {world}: this version has no world files; leave it out, the mission lays the field")
     if rig is RigName.DEVICE:
         raise BadInput("--rig device: a real board is there already; serve is for the simulated ones")
     if data is not None and not data.is_dir():
         raise BadInput(f"--data {data}: no such folder")
     from rover_hil.free_run.serve import Options, serve
 
-    serve(Options(mission, rig.value, transport.value, seed, not free_run, not no_camera, data, out))
+    serve(Options(mission, rig.value, transport.value, seed, not free_run, not no_camera, data, out, world))
     return 0

@@ -8,7 +8,7 @@ import signal
 import sys
 import tempfile
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -24,6 +24,7 @@ from rover_hil.ground import build
 from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.scenario.board_faults import FAULTY_RIGS
 from rover_hil.serve import check_rig, on_wire, share_one_core, verdict_of, write_truth
+from rover_hil.world.file import find_world
 
 # Between two steps of the world.
 PERIOD_S = 0.002
@@ -41,12 +42,16 @@ class Options:
     pictures: bool = True
     data: Path | None = None
     out: Path | None = None
+    world: str = ""
 
 
 def serve(options: Options) -> None:
     """Runs the rig. Raises BadInput, PreflightFailed, RigFailed; SIGINT and SIGTERM end it in order."""
     check_rig(options.rig)  # before the field, which takes a while
     mission = on_wire(load(options.mission), options.transport)
+    if options.world:
+        find_world(options.world)  # one that is not there is told at once
+        mission = replace(mission, field=replace(mission.field, world=options.world))
     ground = build(mission, options.seed, options.data)
     model = load_camera(mission.rover.camera)
     plant = build_plant(mission, ground, model, options.seed, options.pictures)

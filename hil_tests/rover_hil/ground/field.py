@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.errors import BadInput
 
+from rover_hil.ground.layer import Layer
+from rover_hil.ground.litter import lay_litter
+from rover_hil.ground.mine import Mine
 from rover_hil.ground.mosaic import choose_cuttings, lay_cutting, lay_soil, measured_contrast
 from rover_hil.ground.pictures import TEXTURE_KELVIN, read_index
 from rover_hil.ground.placement import Circle, Point, Site, check_known, place
 from rover_hil.ground.plates import lay_plates, plate_temperature
+from rover_hil.ground.random_placement import place_at_random
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.signature import (
     MINE_RADIUS_M,
@@ -26,6 +30,9 @@ from rover_hil.ground.signature import (
 from rover_hil.ground.soils import soil_named
 from rover_hil.ground.texture import lay_patches, roughness, soil_texture
 from rover_hil.ground.things import Hour, at_hour, lay_grass, lay_pebbles, lay_rock
+from rover_hil.ground.unfriendly import LITTER, MINES, lay_soil_with_causes, lay_weather
+from rover_hil.ground.varied_mines import lay_varied_mines
+from rover_hil.world import world_of
 
 if TYPE_CHECKING:
     from rover.mission.config import Mission
@@ -38,19 +45,6 @@ COARSE_RESOLUTION_M = 0.01
 MAX_FINE_CELLS = 4_000_000
 # 100 MB a raster: fields up to about 46 x 46 m.
 MAX_CELLS = 25_000_000
-
-
-@dataclass(frozen=True)
-class Mine:
-    """A mine of the truth: metres; `depth` is the soil above it; `contrast_k` is its signed peak at that hour."""
-
-    id: int
-    x: float
-    y: float
-    radius: float
-    depth: float
-    kind: str  # "surface" or "buried"
-    contrast_k: float
 
 
 @dataclass(frozen=True)
@@ -71,6 +65,7 @@ class Ground:
     area: tuple[float, float]
     seed: int
     texture: dict[str, Any] = field(default_factory=dict)
+    layers: tuple[Layer, ...] = ()
 
     @property
     def origin_x(self) -> float:
@@ -154,6 +149,7 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
     site = site_of(mission)
     check_known(site)
     soil = soil_named(mission.field.soil)
+    world = world_of(mission)
     hour = float(mission.time_of_day_s) / 3600.0
     now = at_hour(soil, hour)
     grid = grid_of(site.width, site.height)
@@ -163,12 +159,23 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
     radii, heights, kinds = _draw_obstacles(mission.field.rocks, mission.field.grass, placing)
     height = roughness(grid, surfacing)
     depths = (*(0.0,) * mission.field.surface_mines, *(float(d) for d in mission.field.buried_mine_depths))
-    layout = place(site, radii, len(depths), placing)
+    at_random = mission.field.placement == "random"
+    layout = (place_at_random if at_random else place)(site, radii, len(depths), placing)
+    clutter = lay_soil_with_causes(world, grid, soil, hour, seed) if data_dir is None else None
     if data_dir is None:
         temperature = soil_texture(grid, surfacing) + np.float32(now.soil)
         lay_patches(temperature, grid, surfacing)
+        if clutter is not None:
+            temperature = clutter.temperature.copy()
         lay_pebbles(temperature, height, grid, now, surfacing)
-        mines = _lay_mines(temperature, height, grid, mission.field.soil, hour, layout.mines, depths, looks)
+        litter, varied = world.sizes("things.litter"), world.sizes("things.mines")
+        if litter is not None:
+            lay_litter(temperature, height, grid, now, litter, np.random.default_rng([seed, LITTER]))
+        if varied is None:
+            mines = _lay_mines(temperature, height, grid, mission.field.soil, hour, layout.mines, depths, looks)
+        else:
+            rng = np.random.default_rng([seed, MINES])
+            mines = lay_varied_mines(temperature, height, grid, soil, hour, layout.mines, depths, varied, rng)
         texture: dict[str, Any] = {"kind": "synthetic"}
     else:
         kinds_wanted = tuple(depth == 0.0 for depth in depths)
@@ -189,6 +196,8 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
     all_kinds = ("rock",) * len(site.known) + kinds
     lay_obstacles(temperature, height, grid, obstacles, all_kinds, now, looks)
     lay_plates(temperature, height, grid, mission.plates, plate_temperature(hour))
+    seconds = math.ceil(mission.max_duration_s)
+    layers = lay_weather(world, temperature, grid, (site.width, site.height), soil, hour, seconds, seed, clutter)
     return Ground(
         temperature=temperature,
         height=height,
@@ -201,6 +210,7 @@ def build(mission: Mission, seed: int, data_dir: str | Path | None = None) -> Gr
         area=(site.width, site.height),
         seed=seed,
         texture=texture,
+        layers=layers,
     )
 
 

@@ -9,7 +9,8 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 from rover.capture.radiometry import ZERO_CELSIUS
 
-from rover_hil.ground.field import Ground, Mine
+from rover_hil.ground.field import Ground
+from rover_hil.ground.mine import Mine
 
 # The colours span the raster between these percentiles: one hot stone must not make the soil look flat.
 PERCENTILES = (2.0, 99.5)

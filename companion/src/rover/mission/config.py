@@ -21,6 +21,8 @@ from rover.vision.camera.file import load_camera
 from rover.vision.registration.steps import LOCALIZATION_STEPS, STEPS
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
+# How things lie in a simulated field: apart, with room to drive, or as it comes.
+PLACEMENTS = ("spaced", "random")
 SOILS = ("dry-sand", "loam", "clay", "moist-clay")
 # What lies in a simulated field of FULL_FIELD_M2 or more where the mission file does not say.
 DEFAULT_ROCKS = 5
@@ -53,7 +55,7 @@ SECTIONS = {
     "localization": ("sources",),
     "markers": ("plates", "side_m"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
-    "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm"),
+    "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm", "placement", "world"),
 }
 
 
@@ -115,13 +117,18 @@ class Plates:
 
 @dataclass(frozen=True)
 class FieldSettings:
-    """What lies in the simulated field; only simulated rigs read it."""
+    """What lies in the simulated field; only simulated rigs read it.
+
+    world: path of the file that says how unfriendly it is, or the name of one that ships with the rigs; "" for none.
+    """
 
     soil: str
     rocks: int
     grass: int
     surface_mines: int
     buried_mine_depths: tuple[float, ...]
+    placement: str = "spaced"
+    world: str = ""
 
 
 @dataclass(frozen=True)
@@ -182,7 +189,7 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
         sources=_sources(tables["localization"]),
         plates=_plates(tables["markers"], area),
         detector=_detector(tables["detector"], file),
-        field=_field(tables["field"], area),
+        field=_field(tables["field"], area, file),
     )
     _check_places(mission)
     return mission
@@ -337,17 +344,22 @@ def _detector(table: Table, file: Path) -> DetectorSettings:
     )
 
 
-def _field(table: Table, area: Area) -> FieldSettings:
+def _field(table: Table, area: Area, file: Path) -> FieldSettings:
     share = _default_share(area)
     mines = round((DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)) * share)
     buried = round(mines * len(DEFAULT_DEPTHS_CM) / (DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)))
     depths = table.numbers("buried_mine_depths_cm", 0.5, 15.0, DEFAULT_DEPTHS_CM[:buried])
+    world = table.text("world", "")
+    if world.endswith(".toml"):
+        world = _beside(table, "world", file, world)
     return FieldSettings(
         soil=table.choice("soil", SOILS, "loam"),
         rocks=table.integer("rocks", 0, 200, round(DEFAULT_ROCKS * share)),
         grass=table.integer("grass", 0, 200, round(DEFAULT_GRASS * share)),
         surface_mines=table.integer("surface_mines", 0, 100, mines - buried),
         buried_mine_depths=tuple(depth / 100.0 for depth in depths),
+        placement=table.choice("placement", PLACEMENTS, PLACEMENTS[0]),
+        world=world,
     )
 
 

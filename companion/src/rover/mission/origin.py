@@ -28,6 +28,7 @@ MISSION_FILE = "mission.toml"
 CAMERA_FILE = "camera.toml"
 MODEL_FILE = "model.onnx"
 VEHICLE_FILE = "vehicle.toml"
+WORLD_FILE = "world.toml"
 TOML = "application/toml"
 BINARY = "application/octet-stream"
 SOURCES = Path(rover.__file__).resolve().parent
@@ -91,11 +92,13 @@ def _short_hash(file: Path) -> str:
 
 
 def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:
-    """Mission and camera; vehicle and model, where they are not those that ship; the files of the run gone on from."""
+    """Mission and camera; vehicle, world, model that do not ship with the project; files of the run gone on from."""
     recording.attach(MISSION_FILE, TOML, mission.path.read_bytes())
     recording.attach(CAMERA_FILE, TOML, camera_file(mission.rover.camera).read_bytes())
     if mission.rover.vehicle_file:
         recording.attach(VEHICLE_FILE, TOML, Path(mission.rover.vehicle_file).read_bytes())
+    if mission.field.world.endswith(".toml"):
+        recording.attach(WORLD_FILE, TOML, Path(mission.field.world).read_bytes())
     if mission.detector.model:
         recording.attach(MODEL_FILE, BINARY, Path(mission.detector.model).read_bytes())
     if former is not None:
@@ -122,7 +125,7 @@ def restore_mission(files: Mapping[str, bytes], folder: Path, overrides: Mapping
     for name in (MISSION_FILE, CAMERA_FILE):
         if name not in files:
             raise BadInput(f"the log holds no {name}: it was not recorded by a mission of this version")
-    for name in (MISSION_FILE, CAMERA_FILE, VEHICLE_FILE, MODEL_FILE):
+    for name in (MISSION_FILE, CAMERA_FILE, VEHICLE_FILE, WORLD_FILE, MODEL_FILE):
         if name in files:
             (folder / name).write_bytes(files[name])
     path = folder / MISSION_FILE
@@ -130,6 +133,8 @@ def restore_mission(files: Mapping[str, bytes], folder: Path, overrides: Mapping
     document.setdefault("rover", {})["camera"] = CAMERA_FILE
     if VEHICLE_FILE in files:
         document["rover"]["vehicle"] = VEHICLE_FILE
+    if WORLD_FILE in files:
+        document["field"]["world"] = WORLD_FILE
     if MODEL_FILE in files:
         document.setdefault("detector", {})["model"] = MODEL_FILE
     for key, value in overrides.items():

@@ -162,7 +162,9 @@ def test_a_frame_takes_two_milliseconds_or_so() -> None:
 
 def test_a_leaning_rover_sees_the_ground_that_its_turned_rays_meet() -> None:
     """Nose 0.05 rad down and left side 0.03 rad up: the rays turn, and the lens moves with the mast."""
-    plant = make_plant(temperature=slope_temperature(), camera=camera_config(load_camera("lepton-160")) | QUIET_CAMERA)
+    plant = make_plant(
+        temperature=slope_temperature(), camera=camera_config(load_camera("lepton-160"), FRIENDLY, 1) | QUIET_CAMERA
+    )
     plant.set_fault("pitched", 0, 0.05)
     plant.set_fault("rolled", 0, 0.03)
     assert plant.attitude() == (0.03, 0.05)

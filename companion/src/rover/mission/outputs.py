@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def write_outputs(
-    result: RunResult, survey: Survey, track: Track, key: Ed25519PrivateKey | None = None
+    result: RunResult, survey: Survey, track: Track, key: Ed25519PrivateKey | None = None, pdf: bool = False
 ) -> RunResult:
     """Writes all of them into `result.out`, and last the manifest, signed with `key` if there is one.
 
@@ -31,7 +31,7 @@ def write_outputs(
     # What a next run goes on from comes first: the report can be made again, the drive cannot.
     lost = [write_or_tell(out / name, content) for name, content in pack_run(survey).items()]
     lost += [write_or_tell(out / name, content) for name, content in map_files(survey.perception.grid, "map").items()]
-    lost += [write_or_tell(out / "trajectory.tum", tum_lines(track.fused).encode()), *write_run(result, out)]
+    lost += [write_or_tell(out / "trajectory.tum", tum_lines(track.fused).encode()), *write_run(result, out, pdf)]
     lost += _seal(out, key)
     return replace(result, unwritten=tuple(line for line in lost if line is not None))
 

@@ -42,6 +42,7 @@ from rover.record.epoch import Epoch, simulated_epoch, system_epoch
 from rover.record.manifest import private_key
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
+from rover.report.pdf import require_pdf
 from rover.report.result import RealTime, RunResult, WallClock
 from rover.vision.camera.file import load_camera
 from rover.vision.camera.model import CameraModel
@@ -131,13 +132,14 @@ def run_mission(
     on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
     key: Path | None = None,
+    pdf: bool = False,
 ) -> RunResult:
     """One whole mission; its folder `out` is complete when this returns, however the mission ended.
 
     `out`: new or empty; with `force` what an earlier run left there goes once the pre-flight check has passed. When
     that fails, nothing is made and nothing is gone. What could not be written is named in the result.
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
-    `key`: of the operator, to sign the run's manifest with.
+    `key`: of the operator, to sign the run's manifest with. `pdf`: the report as a PDF, too.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
     Raises BadInput for what the user can correct, PreflightFailed when the rover may not start, and Aborted when it is
@@ -160,6 +162,8 @@ def run_mission(
     elif port is not None:
         transport = "can" if isinstance(parse_port(port), CanPort) else "serial"
     cv2.setNumThreads(1)
+    if pdf:
+        require_pdf()
     signer = None if key is None else private_key(key)
     camera = load_camera(mission.rover.camera)
     if resume is not None and resume.resolve() == out.resolve():
@@ -197,7 +201,7 @@ def run_mission(
         result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out, driven.epoch)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)
-        return write_outputs(result, survey, driven.track, signer)
+        return write_outputs(result, survey, driven.track, signer, pdf)
 
 
 def _on_simulated(prepared: _Prepared, data: Path | None) -> Driven:

@@ -18,6 +18,7 @@ from rover.record.manifest import MANIFEST, SIGNATURE
 from rover.report.geojson import LOCAL_FILE, WORLD_FILE
 from rover.report.imsma import FILE as CSV_FILE
 from rover.report.kml import WORLD_FILE as KML_FILE
+from rover.report.pdf import FILE as PDF_FILE
 
 RUNS = Path("runs")
 # Characters of a mission's name that its folders carry.
@@ -40,6 +41,7 @@ RUN_FILES = (
     LOCAL_FILE,
     KML_FILE,
     CSV_FILE,
+    PDF_FILE,
     "trajectory.tum",
     JUDGEMENTS,
     *FORMER_FILES,

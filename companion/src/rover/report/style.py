@@ -59,7 +59,11 @@ details { margin: .8rem 0; } summary { cursor: pointer; font-weight: 600; }
   .indications td:nth-child(2) { grid-row: 2 / span 4; }
   .indications td:nth-child(3), .indications td:last-child { grid-column: 2 / span 2; }
 }
+@page { size: A4; margin: 16mm 15mm 18mm;
+  @bottom-left { content: string(title); font: 8pt sans-serif; color: #5d656c; }
+  @bottom-right { content: counter(page) " / " counter(pages); font: 8pt sans-serif; color: #5d656c; } }
 @media print {
+  h1 { string-set: title content(); } .figures { grid-template-columns: repeat(4, 1fr); }
   body { font-size: 10.5pt; } main { max-width: none; padding: 0; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   h2 { break-after: avoid; } tr, .status, .figures div, .limits { break-inside: avoid; }

@@ -13,13 +13,17 @@ from rover.report.imsma import detections_csv
 from rover.report.kml import WORLD_FILE as KML_FILE
 from rover.report.kml import results_kml
 from rover.report.map_plot import draw_map, png_bytes
+from rover.report.pdf import FILE as PDF_FILE
+from rover.report.pdf import report_pdf
 from rover.report.result import RunResult
 from rover.report.summary import summary
 from rover.whole_file import write_whole
 
 
-def write_run(result: RunResult, out: Path) -> tuple[str, ...]:
+def write_run(result: RunResult, out: Path, pdf: bool = False) -> tuple[str, ...]:
     """Writes map, results for a GIS, report.html and, last, summary.json into the folder `out`, made if missing.
+
+    `pdf`: report.pdf, too.
 
     A file is there complete or not at all, and who sees summary.json may rely on the others but for those that could
     not be written: each of these is returned as one line with the reason. The log and the trajectory are written by
@@ -33,6 +37,7 @@ def write_run(result: RunResult, out: Path) -> tuple[str, ...]:
         **({} if result.site.origin is None else {KML_FILE: lambda: results_kml(result)}),
         CSV_FILE: lambda: detections_csv(result),
         "report.html": lambda: report_html(result, map_png).encode("utf-8"),
+        **({PDF_FILE: lambda: report_pdf(report_html(result, map_png))} if pdf else {}),
         "summary.json": lambda: document(summary(result)).encode("utf-8"),
     }
     lost = (write_or_tell(out / name, content()) for name, content in files.items())

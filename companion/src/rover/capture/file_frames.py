@@ -10,6 +10,7 @@ from rover.capture.location import Location
 from rover.capture.picture import read_picture_of_many
 from rover.capture.source import FRAME_PERIOD, register
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 
 @register("file")
@@ -24,7 +25,7 @@ class FileSource:
         self.file = Path(parsed.place)
         self.period = 1.0 / parsed.number("fps", 1.0 / FRAME_PERIOD)
         self._unit = parsed.unit("centikelvin")
-        if not self.file.is_file():
+        if not plain_file(self.file).is_file():
             raise BadInput(f"{self.file}: no such picture")
 
     def __iter__(self) -> Iterator[Frame]:

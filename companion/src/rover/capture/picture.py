@@ -17,6 +17,7 @@ from rover.capture.radiometric import has_thermal_record, read_thermogram
 from rover.capture.raster import KINDS, decode_raster
 from rover.capture.temperatures import as_centikelvin, kelvin_of_floats
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 EXTENSIONS = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".pgm", ".bmp")
 
@@ -27,7 +28,7 @@ HOLDS_16_BITS = (".png", ".tif", ".tiff")
 def files_of(place: Path | str, endings: tuple[str, ...] = EXTENSIONS, kind: str = KINDS) -> list[Path]:
     """A folder's files with one of these endings, by name. Raises BadInput without a folder or a file."""
     folder = Path(place)
-    if not folder.is_dir():
+    if not plain_file(folder).is_dir():
         raise BadInput(f"{folder}: no such folder of frames")
     files = sorted((f for f in folder.iterdir() if f.suffix.lower() in endings), key=lambda f: f.name)
     if not files:
@@ -51,7 +52,7 @@ def read_picture_of_many(
     file = Path(path)
     if file.is_dir():
         raise BadInput(f"{file}: a folder, where a picture is expected")
-    if not file.is_file():
+    if not plain_file(file).is_file():
         raise BadInput(f"{file}: no such picture")
     content = read_bounded(file)
     if has_thermal_record(content):

@@ -21,6 +21,7 @@ from rover.capture.temperatures import (
     kelvin_of_floats,
 )
 from rover.errors import BadInput
+from rover.plain_file import plain_file
 
 # How far a single pixel must lie beyond its neighbours, and how many times their own range, to be damage: in pictures
 # of four cameras none lies beyond by more than 6 K or by more than its neighbours' range.
@@ -59,7 +60,7 @@ def read_thermogram(path: Path | str, frame: int = 1, told: Surroundings = AS_IN
     name = str(file)
     if file.is_dir():
         raise BadInput(f"{name}: a folder, where a radiometric file is expected")
-    if not file.is_file():
+    if not plain_file(file).is_file():
         raise BadInput(f"{name}: no such file")
     data = read_bounded(file)
     if not data:

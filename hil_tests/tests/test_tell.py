@@ -6,13 +6,16 @@ import json
 import struct
 import subprocess
 import sys
+import threading
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from rover.errors import PreflightFailed
+from rover.mission.ear import connect
 from rover_hil.firmware_process import find_binary
 
 pytestmark = [pytest.mark.rig("sitl"), pytest.mark.slow]
@@ -60,6 +63,15 @@ def firmware(folder: Path) -> Path:
     return path
 
 
+def count_messages(run: Path, watched: Counter[str]) -> None:
+    """Looks on until the mission's end."""
+    with connect(run) as client, client.makefile("rb") as lines:
+        client.settimeout(None)
+        client.sendall(b'{"op": "watch"}\n')
+        for line in lines:
+            watched[json.loads(line)["kind"]] += 1
+
+
 @pytest.fixture(scope="module")
 def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     try:
@@ -79,6 +91,8 @@ def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 
 def test_a_mission_is_paused_goes_on_leaves_a_goal_out_and_comes_home(mission: Running) -> None:
+    watched: Counter[str] = Counter()
+    threading.Thread(target=count_messages, args=(mission.out, watched), daemon=True).start()
     assert mission.tell("state")["state"] in ("start", "look")
     mission.wait_until("drive")
     mission.tell("pause")
@@ -128,3 +142,6 @@ def test_a_mission_is_paused_goes_on_leaves_a_goal_out_and_comes_home(mission: R
         timeout=PATIENCE_S,
     )
     assert json.loads(replayed.stdout)["identical"], replayed.stdout
+    # That somebody looked on has changed nothing of it.
+    assert set(watched) == {"state", "track", "map", "picture"}
+    assert watched["state"] > 10

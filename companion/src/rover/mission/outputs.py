@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rover.mapping.map_server import map_files
 from rover.mission.former_run import pack_run
-from rover.mission.run_folder import RUN_FILES
+from rover.mission.run_folder import JUDGEMENTS, RUN_FILES
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.manifest import MANIFEST, SIGNATURE, manifest_bytes, signature_bytes
@@ -38,7 +38,8 @@ def write_outputs(
 
 def _seal(out: Path, key: Ed25519PrivateKey | None) -> list[str | None]:
     try:
-        manifest = manifest_bytes(out, set(RUN_FILES) - {MANIFEST, SIGNATURE})
+        # Judgements are added to afterwards.
+        manifest = manifest_bytes(out, set(RUN_FILES) - {MANIFEST, SIGNATURE, JUDGEMENTS})
     except OSError as error:
         return [f"{out / MANIFEST} was not written: {error.strerror or error}"]
     lost = [write_or_tell(out / MANIFEST, manifest)]

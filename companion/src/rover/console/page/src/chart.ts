@@ -2,7 +2,7 @@
 import Feature from "ol/Feature";
 import OlMap from "ol/Map";
 import View from "ol/View";
-import { ScaleLine } from "ol/control";
+import { MousePosition, ScaleLine } from "ol/control";
 import { defaults as defaultControls } from "ol/control/defaults";
 import { Circle, LineString, Point, Polygon, type Geometry } from "ol/geom";
 import ImageLayer from "ol/layer/Image";
@@ -68,7 +68,7 @@ export class Chart {
   constructor(rasters: Raster[], vectors: string[]) {
     this.map = new OlMap({
       target: this.canvas,
-      controls: defaultControls({ attribution: false, rotate: false }).extend([new ScaleLine()]),
+      controls: defaultControls({ attribution: false, rotate: false }).extend([new ScaleLine(), new MousePosition({ coordinateFormat: (at) => (at ? `${at[0]!.toFixed(3)}, ${at[1]!.toFixed(3)} m` : "") })]),
       view: new View({ projection: METRES, center: [2, 2], resolution: 0.01, minResolution: 0.0005, maxResolution: 1 }),
     });
     for (const name of rasters) {

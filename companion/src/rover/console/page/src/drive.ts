@@ -62,7 +62,8 @@ export function drive() {
   async function list(): Promise<void> {
     const told = await get("missions");
     choose(mission, [...told.own, ...told.shipped].map((each: string) => [each, each]));
-    choose(resume, [["", t("resume_none")], ...now.runs.filter((run) => run.can_go_on).map((run): [string, string] => [run.name, run.name])]);
+    choose(resume, [["", t("resume_none")], ...now.runs.filter((run) => run.can_go_on).map((run): [string, string] => [run.name, run.name])], now.resume || undefined);
+    now.resume = "";
   }
 
   // -- what comes --
@@ -94,7 +95,7 @@ export function drive() {
     signals.add(t("sigma"), status.time, status.sigma);
     signals.add(t("relative_sigma"), status.time, state.relative_sigma);
     signals.add(t("battery"), status.time, status.battery);
-    if (state.outcome) headline.textContent = t("ended", state.outcome);
+    if (state.outcome) headline.textContent = t("ending", state.outcome);
   });
   live.on("map", (map) => {
     for (const name of ["temperature", "seen", "obstacles"] as const) chart.raster(name, map[name], map.width_m, map.height_m);

@@ -91,7 +91,7 @@ export function judge() {
   const element = h("div", { class: "page aside" },
     h("div", { class: "column" },
       section(t("judge"), field(t("choose_run"), runs), h("p", { class: "hint" }, t("judge_help")), list),
-      section(t("marks"), h("div", { class: "fields" }, field(t("launch_x"), x), field(t("launch_y"), y), field(t("note"), markNote)), mark),
+      section(t("marks"), h("div", { class: "fields" }, field(t("launch_x"), x), field(t("launch_y"), y), field(t("mark_note"), markNote)), mark),
       section(t("journal"), journal)),
     h("div", { class: "column wide" }, h("div", { class: "card" }, detail)));
   return { element, shown: () => { run = runs.value; attempt(load); } };

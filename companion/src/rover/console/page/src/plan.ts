@@ -12,7 +12,10 @@ import { attempt, mayOperate, onChange, refreshRuns, tell } from "./shared";
 import { t, type Key } from "./strings";
 
 const CHECK_AFTER_MS = 300;
-const round = (value: number) => Math.round(value * 1000) / 1000;
+// A hand on a mouse is no surveyor: what is drawn is rounded to 5 cm, what is typed or imported to 1 mm.
+const rounded = (grid: number) => (value: number) => Math.round(Math.round(value / grid) * grid * 1000) / 1000;
+const DRAWN = rounded(0.05);
+const EXACT = rounded(0.001);
 const START: Json = {
   mission: { name: "field", max_duration_s: 900 },
   area: { width_m: 3, height_m: 3 },
@@ -25,6 +28,7 @@ export function plan() {
   let document: Json = structuredClone(START);
   let history: Json[] = [];
   let timer = 0;
+  let typed = false;
 
   const chart = new Chart([], ["plan_file"]);
   const text = h("textarea", { rows: 16, spellcheck: "false", class: "toml" });
@@ -42,7 +46,14 @@ export function plan() {
     if (Object.keys(doc[table]).length === 0) delete doc[table];
   }
 
+  /** What has been typed and not been read yet comes first: no edit may undo it. */
   function change(edit: (doc: Json) => void): void {
+    if (!typed) { apply(edit); return; }
+    clearTimeout(timer);
+    attempt(async () => { await check({ text: text.value }); apply(edit); });
+  }
+
+  function apply(edit: (doc: Json) => void): void {
     history = [...history.slice(-49), structuredClone(document)];
     edit(document);
     show();
@@ -51,12 +62,14 @@ export function plan() {
 
   function later(content: Json): void {
     clearTimeout(timer);
+    fill(problem, t("checking"));
     timer = window.setTimeout(() => attempt(() => check(content)), CHECK_AFTER_MS);
   }
 
   async function check(content: Json): Promise<void> {
     if (!mayOperate()) return;
     const told = await post("missions/check", { name: name.value || "mission", ...content });
+    if (content.text === text.value) typed = false;
     take(told, content.text === undefined);
   }
 
@@ -102,7 +115,7 @@ export function plan() {
       tools = [modify];
     } else {
       const pen = new Draw({ type: KINDS[tool] });
-      pen.on("drawend", ({ feature: f }) => change((doc) => add(doc, tool, f.getGeometry())));
+      pen.on("drawend", ({ feature: f }) => change((doc) => add(doc, tool, f.getGeometry(), DRAWN)));
       tools = [pen];
     }
     tools.push(new Snap({ source }));
@@ -188,7 +201,7 @@ export function plan() {
     later({ document });
   }
 
-  text.addEventListener("input", () => later({ text: text.value }));
+  text.addEventListener("input", () => { typed = true; later({ text: text.value }); });
   const applyCorners = () => change((doc) => {
     const points = corners.value.split("\n").map((row) => row.split(/[\s,;]+/).filter(Boolean).map(Number))
       .filter((row) => row.length === 2 && row.every(Number.isFinite));
@@ -244,7 +257,7 @@ function drawn(doc: Json) {
   return [...missionFeatures(mission), ...plates.map(([x, y]: number[]) => feature("marker", dot(x ?? 0, y ?? 0)))];
 }
 
-function add(doc: Json, tool: Tool, geometry: unknown): void {
+function add(doc: Json, tool: Tool, geometry: unknown, round = EXACT): void {
   doc.area ??= {};
   doc.mission ??= {};
   if (geometry instanceof Polygon) {

@@ -31,6 +31,8 @@ export function review() {
   const events = h("ol", { class: "events", tabindex: 0, "aria-label": t("events") });
   const files = h("ul", { class: "files" });
   const headline = h("p", { class: "headline" });
+  const goOn = button(t("go_on"), () => { now.resume = run; location.hash = "drive"; });
+  goOn.hidden = true;
   const compare = choice([["", t("compare_none")]]);
   const difference = h("p", { role: "status" });
 
@@ -52,6 +54,7 @@ export function review() {
       headline.textContent = t("loading");
       told = await get(path(name));
       drawFiles();
+      goOn.hidden = !told.run?.can_go_on;
       headline.textContent = told.summary.status ? t("ended", { status: told.summary.status, reason: told.summary.reason }) : word(told.run?.state ?? "");
       try {
         const known = await get(`${path(name)}/replay`);
@@ -141,7 +144,7 @@ export function review() {
       section(t("export"), files),
       section(t("compare"), field(t("compare"), compare), difference)),
     h("div", { class: "column wide" },
-      section(t("replay"), headline, chart.element, h("div", { class: "row slider" }, play, field(t("slider"), slider), at)),
+      section(t("replay"), headline, goOn, chart.element, h("div", { class: "row slider" }, play, field(t("slider"), slider), at)),
       section(t("thermal"), picture.canvas), section(t("signals"), signals.element), section(t("events"), events)));
   return {
     element,

@@ -6,8 +6,8 @@ import { t } from "./strings";
 export const live = new Live();
 export const status = h("p", { role: "status", class: "status" });
 
-export const now: { people: Json | null; running: string; shown: string; runs: Json[] } = {
-  people: null, running: "", shown: "", runs: [],
+export const now: { people: Json | null; running: string; shown: string; runs: Json[]; resume: string } = {
+  people: null, running: "", shown: "", runs: [], resume: "",
 };
 
 const watchers = new Set<() => void>();

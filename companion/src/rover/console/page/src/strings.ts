@@ -51,11 +51,11 @@ const en = {
   layer_temperature: "Temperature", layer_seen: "Seen", layer_obstacles: "Obstacles", layer_zones: "Keep-out zones",
   layer_track: "Way driven", layer_plan: "Plan", layer_sigma: "σ", layer_goals: "Goals", layer_plan_file: "Area",
   layer_other: "Other survey", legend_seen: "Seen is not the same as free of mines.",
-  signals: "Signals", said: "What the mission's program said", ended: "Ended: {status}, {reason}", report: "Report",
+  signals: "Signals", said: "What the mission's program said", ending: "Ending: {reason}", ended: "Ended: {status}, {reason}", report: "Report",
   // judge
   indication: "Indication {id}", judge_none: "No indications in this run", judge_choose: "Choose an indication", probability: "p {p}",
   at: "at {x}, {y} m ± {s} m", confirm: "Confirm: looks like a mine", reject: "Reject: looks like something else",
-  mark: "Mark by hand", note: "Note", marks: "Marks by hand", journal: "Journal of this run",
+  mark: "Mark by hand", note: "Note", mark_note: "Note on the mark", marks: "Marks by hand", journal: "Journal of this run",
   judge_help: "Judgements are kept beside the run. A rejected indication stays in the record and stays keep-out.",
   confirmed: "confirmed", rejected: "rejected, stays keep-out", marked: "marked", unjudged: "not judged",
   judged_by: "{verdict} by {author}, {utc}", pictures: "Pictures over time", pictures_none: "No picture shows it",

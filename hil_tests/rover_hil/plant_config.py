@@ -9,6 +9,7 @@ import numpy as np
 from rover.errors import BadInput
 from rover.mission.config import Mission
 from rover.vehicle import Vehicle
+from rover.vehicle.firmware import ORDERS, SENSORS, WIRING
 from rover.vision.camera.model import CameraModel
 from rover_plant import Plant
 
@@ -25,7 +26,7 @@ NEVER_US = 10**18
 
 def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: int) -> dict[str, Any]:
     """Everything that differs from the plant's nominal rover; see hil_tests/plant/src/config.rs."""
-    vehicle = Vehicle()
+    vehicle = mission.rover.vehicle
     launch = mission.launch
     world = world_of(mission)
     return {
@@ -44,14 +45,31 @@ def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: in
         "drive": {
             "track_width": vehicle.track_width,
             "wheel_radius": vehicle.wheel_radius,
+            "wheel_radius_ratio": [1.0, vehicle.right_wheel_radius / vehicle.wheel_radius],
             "counts_per_revolution": vehicle.counts_per_revolution,
             **slip_bursts(world),
         },
         **unevenness(world),
+        "wiring": wiring_config(vehicle),
         "sonar": {"mounts": [[mount.x, mount.y, mount.yaw] for mount in vehicle.sonars]},
         "camera": camera_config(camera, world, seed),
         "baud": mission.rover.baud,
         "footprint_radius": vehicle.radius,
+    }
+
+
+def wiring_config(vehicle: Vehicle) -> dict[str, Any]:
+    """A rover whose wiring is what the vehicle's parameters put right."""
+    values = vehicle.parameters()
+    bits = {name: bool(values["wiring"] & bit) for name, bit in WIRING.items()}
+    motors = [bits["left_motor_inverted"], bits["right_motor_inverted"]]
+    return {
+        "motors_inverted": motors,
+        "encoders_inverted": [bits["left_encoder_inverted"], bits["right_encoder_inverted"]],
+        "motors_swapped": bits["motors_swapped"],
+        "encoders_swapped": bits["encoders_swapped"],
+        "sonars": [SENSORS.index(sensor) for sensor in ORDERS[values["sonar_order"]]],
+        "battery_scale": 1e6 / values["battery_scale"],
     }
 
 

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,6 +21,7 @@ from rover.vision.camera.file import load_camera
 from rover_hil.coverage import judge_coverage
 from rover_hil.former_world import drive_on, save_seen
 from rover_hil.ground import Ground, build
+from rover_hil.parameter_file import settings_of, write_parameter_file
 from rover_hil.plant_config import build_plant, describe_camera
 from rover_hil.referee import judge_mines, judge_zones
 from rover_hil.rig import Rig
@@ -81,7 +83,14 @@ def build_rig(
     plant = build_plant(mission, ground, model, seed, pictures)
     if former is not None:
         drive_on(plant, former, seed)
-    return RIGS[name](plant, describe_camera(model), mission.rover.baud, wire)
+    settings = settings_of(mission.rover.vehicle)
+    if not settings:
+        return RIGS[name](plant, describe_camera(model), mission.rover.baud, wire)
+    if name != SitlRig.name:
+        raise BadInput(f"{mission.rover.vehicle_file}: the board of rig {name} has the standard rover's parameters")
+    with tempfile.NamedTemporaryFile(prefix="rover-parameters-") as memory:
+        write_parameter_file(SitlRig.command(), Path(memory.name), settings)
+        return SitlRig(plant, describe_camera(model), mission.rover.baud, wire, Path(memory.name))
 
 
 def verdict_of(

@@ -1,4 +1,4 @@
-"""`rover param` on a rig in real time: values by name, refused or taken as the firmware says, kept over a restart."""
+"""`rover param` and `rover vehicle` on a rig in real time: taken or refused by the firmware, kept over a restart."""
 
 from __future__ import annotations
 
@@ -7,14 +7,28 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+from rover.link.clock import WallClock
+from rover.link.frames import FrameTransport
+from rover.link.opening import open_frames
+from rover.mission.preflight import look_at_firmware
+from rover.vehicle import STANDARD
 from rover_hil.testing.served import ServedRig
 from rover_protocol.parameters import PARAMETERS
 
 pytestmark = pytest.mark.rig("sitl")
+
+
+@dataclass(frozen=True)
+class Wired:
+    """An open port, and the clock that it goes by."""
+
+    clock: WallClock
+    wire: FrameTransport
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +85,53 @@ def test_what_is_saved_is_there_after_a_restart_and_what_is_not_is_gone(rig: Ser
 def test_a_misspelt_name_is_answered_with_the_right_one(rig: ServedRig) -> None:
     refused = rover("param", "get", "trak", "--port", rig.port)
     assert (refused.returncode, refused.stderr) == (2, "rover: trak: no such parameter; did you mean track?\n")
+
+
+def test_a_vehicle_file_is_pushed_compared_and_pulled(rig: ServedRig, tmp_path: Path) -> None:
+    file = tmp_path / "vehicle.toml"
+    file.write_text(rover("vehicle", "--example").stdout.replace("track_m = 0.20 ", "track_m = 0.214 "))
+    on_it = ("--vehicle", str(file), "--port", rig.port, "--json")
+    before = rover("vehicle", "diff", *on_it)
+    assert before.returncode == 3
+    difference = {"name": "track", "file": 214_000, "board": 200_000, "safety": True}
+    assert json.loads(before.stdout) == {"differences": [difference]}
+    assert json.loads(rover("vehicle", "push", *on_it).stdout) == {"differences": [difference]}
+    rig.ask("fault", fault="brown-out", duration_s=0.2)
+    time.sleep(1.0)
+    after = rover("vehicle", "diff", *on_it)
+    assert (after.returncode, json.loads(after.stdout)) == (0, {"differences": []})
+    assert rover("param", "set", "wiring=5", "low_voltage=6100", "--port", rig.port).returncode == 0
+    assert rover("vehicle", "pull", *on_it).returncode == 0
+    text = file.read_text()
+    assert "left_motor_inverted = true\n" in text
+    assert "low_v = 6.1                    # the firmware stops the rover here\n" in text
+    assert rover("vehicle", "diff", *on_it).returncode == 0
+    assert rover("vehicle", "push", "--port", rig.port).returncode == 0
+
+
+def test_a_start_names_what_differs_and_refuses_what_a_bench_has_left(rig: ServedRig) -> None:
+    def finding() -> tuple[bool, str]:
+        clock = WallClock()
+        port = Wired(clock, open_frames(rig.port, clock=clock))
+        try:
+            found = {each.name: each for each in look_at_firmware(port, 7, STANDARD)}
+        finally:
+            port.wire.close()
+        return found["vehicle"].ok, found["vehicle"].detail
+
+    assert finding() == (True, "the board's parameters are those of the vehicle file")
+    listed(rig, "set", "gain_position=9")
+    assert finding() == (True, "on the board gain_position 9, 10 1/s in the file")
+    listed(rig, "set", "track=210000")
+    ok, detail = finding()
+    assert not ok
+    assert detail == (
+        "on the board track 210000, 200000 um in the file; gain_position 9, 10 1/s in the file: "
+        "rover vehicle push makes them equal"
+    )
+    for setting in ("guard_enabled=0", "dead_man=5000", "low_voltage=0"):
+        listed(rig, "defaults")
+        listed(rig, "set", setting)
+        ok, detail = finding()
+        assert (ok, detail.startswith(f"left from a bench: {setting.replace('=', ' ')}")) == (False, True), detail
+    listed(rig, "defaults")

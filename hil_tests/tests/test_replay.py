@@ -17,8 +17,8 @@ from rover.cli.main import invoke
 from rover.errors import PreflightFailed
 from rover.record.log_reader import Log
 from rover_hil.firmware_process import emulator_command, find_binary
+from rover_hil.parameter_file import parse_setting
 from rover_hil.replay.firmware import FirmwareReplay
-from rover_hil.replay.parameters import parse_setting
 
 MISSION = Path(__file__).resolve().parent / "missions" / "look.toml"
 ROVER = [sys.executable, "-m", "rover.cli.main"]

@@ -223,7 +223,7 @@ impl Core {
         if gap_us > LONGEST_GAP_US && self.ticks > 1 {
             self.raise(Event::Internal, 1);
         }
-        let inputs = self.measurements(inputs);
+        let inputs = self.measurements(&self.settings.wiring.inputs(inputs));
         let (steps, sonar_trigger) = self.sense(&inputs);
         self.watch(&inputs);
         self.accept_segments();
@@ -238,14 +238,15 @@ impl Core {
             self.signs = indicate(self.supervisor.state(), self.now_us, self.state_since_us);
         }
         let (led, buzzer) = self.signs;
-        self.withheld(Outputs {
+        let outputs = self.withheld(Outputs {
             duty_left: if driven { left.duty() } else { 0 },
             duty_right: if driven { right.duty() } else { 0 },
             powered,
             sonar_trigger,
             led,
             buzzer,
-        })
+        });
+        self.settings.wiring.outputs(outputs)
     }
 
     /// Measurements: battery, encoders, sonar. Returns the encoders' steps and the sensor to ping.

@@ -53,6 +53,7 @@ mod test_mode;
 mod trigonometry;
 mod velocity_observer;
 mod wheels;
+mod wiring;
 
 pub use controller::Core;
 pub use io::{board, reset_cause, Identity, Inputs, Outputs, Reboot, SonarEcho};

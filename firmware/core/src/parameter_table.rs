@@ -52,9 +52,12 @@ pub enum Parameter {
     StallVelocity = 61,
     StallMs = 62,
     FollowingErrorUm = 63,
+    Wiring = 70,
+    SonarOrder = 71,
+    BatteryScalePpm = 72,
 }
 
-pub const COUNT: usize = 35;
+pub const COUNT: usize = 38;
 
 /// In the order of the identifiers.
 pub const DEFINITIONS: [Definition; COUNT] = [
@@ -337,5 +340,29 @@ pub const DEFINITIONS: [Definition; COUNT] = [
         default: 40_000,
         minimum: 1_000,
         maximum: 1_000_000,
+    },
+    Definition {
+        parameter: Parameter::Wiring,
+        name: "wiring",
+        unit: "bits",
+        default: 0,
+        minimum: 0,
+        maximum: 63,
+    },
+    Definition {
+        parameter: Parameter::SonarOrder,
+        name: "sonar_order",
+        unit: "order",
+        default: 0,
+        minimum: 0,
+        maximum: 5,
+    },
+    Definition {
+        parameter: Parameter::BatteryScalePpm,
+        name: "battery_scale",
+        unit: "ppm",
+        default: 1_000_000,
+        minimum: 500_000,
+        maximum: 2_000_000,
     },
 ];

@@ -4,8 +4,8 @@ use crate::parameter_table::Definition;
 pub use crate::parameter_table::{Parameter, COUNT, DEFINITIONS};
 
 /// Where in the table each identifier is, so that no search is needed.
-const PLACES: [u8; 64] = {
-    let mut places = [0; 64];
+const PLACES: [u8; 80] = {
+    let mut places = [0; 80];
     let mut rest: &[Definition] = &DEFINITIONS;
     let mut place = 0;
     while let [definition, tail @ ..] = rest {

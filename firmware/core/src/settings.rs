@@ -6,6 +6,7 @@ use crate::motion::MotionLimits;
 use crate::odometry::WheelGeometry;
 use crate::parameters::{Parameter, Parameters};
 use crate::wheels::{Gains, HalfTrack};
+use crate::wiring::Wiring;
 
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -22,6 +23,7 @@ pub struct Settings {
     /// A bit for each sonar whose loss counts: those that the rover has, none while nobody listens to them.
     pub sonars_needed: u8,
     pub motion: MotionLimits,
+    pub wiring: Wiring,
 }
 
 /// When a wheel does not follow.
@@ -65,6 +67,7 @@ impl Settings {
                 0 => 0,
                 _ => value(Parameter::SonarsFitted) as u8,
             },
+            wiring: Wiring::new(parameters),
             motion: MotionLimits {
                 travel: Limits {
                     velocity: value(Parameter::MaxTravelVelocity),

@@ -4,6 +4,7 @@ use serde::Deserialize;
 
 use crate::bolometer::Bolometer;
 use crate::lens::Lens;
+use crate::wiring::Wiring;
 
 /// The whole plant.
 #[derive(Clone, Debug, Deserialize)]
@@ -29,6 +30,8 @@ pub struct Config {
     pub unevenness: Unevenness,
     /// The pack.
     pub battery: Battery,
+    /// What is connected otherwise than it should be.
+    pub wiring: Wiring,
     /// The ultrasonic sensors.
     pub sonar: Sonar,
     /// The thermal camera.
@@ -52,6 +55,7 @@ impl Default for Config {
             drive: Drive::default(),
             unevenness: Unevenness::default(),
             battery: Battery::default(),
+            wiring: Wiring::default(),
             sonar: Sonar::default(),
             camera: Camera::default(),
             baud: 230_400,
@@ -93,6 +97,8 @@ pub struct Drive {
     pub track_width: f64,
     /// Rolling radius of a wheel, metres.
     pub wheel_radius: f64,
+    /// Rolling radius of the left and the right wheel over that.
+    pub wheel_radius_ratio: [f64; 2],
     /// x4 quadrature counts of a wheel's turn.
     pub counts_per_revolution: f64,
     /// Of the whole rover, kg.
@@ -130,6 +136,7 @@ impl Default for Drive {
         Self {
             track_width: 0.20,
             wheel_radius: 0.0325,
+            wheel_radius_ratio: [1.0; 2],
             counts_per_revolution: 1560.0,
             mass: 2.4,
             yaw_inertia: 0.03,

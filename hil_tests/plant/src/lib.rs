@@ -29,4 +29,5 @@ pub mod survey;
 pub mod terrain;
 pub mod tiles;
 pub mod wire;
-pub mod world;
+pub mod wiring;
+mod world;

@@ -121,6 +121,14 @@ impl World {
             struck: None,
             config,
         };
+        for (wheel, dead) in world
+            .faults
+            .wheels
+            .iter_mut()
+            .zip(world.config.wiring.motors_dead)
+        {
+            wheel.open = dead;
+        }
         world.look();
         world
     }
@@ -273,9 +281,8 @@ impl World {
     /// The battery as the firmware's ADC reads it, millivolts.
     pub fn measure_battery(&mut self) -> u16 {
         let noise = self.config.battery.measurement_noise * f64::from(self.adc.quick_normal());
-        ((self.battery.voltage() + noise) * 1000.0)
-            .round()
-            .clamp(0.0, 65_535.0) as u16
+        let read = self.battery.voltage() * self.config.wiring.battery_scale;
+        ((read + noise) * 1000.0).round().clamp(0.0, 65_535.0) as u16
     }
 
     /// Runs physics and firmware up to `until_us`. `host_bytes` were written by the host at the present time.
@@ -299,8 +306,8 @@ impl World {
             self.step();
             let sensors = Sensors {
                 now_us: self.now_us - self.begin.now_us,
-                counts: self.drive.counts(),
-                echo: self.poll_echo(),
+                counts: self.config.wiring.counts(self.drive.counts()),
+                echo: self.poll_echo().map(|echo| self.config.wiring.heard(echo)),
                 ping: self.ping.take(),
                 battery_mv: self.measure_battery(),
                 emergency_stop: self.emergency_stop,
@@ -308,11 +315,13 @@ impl World {
                 host_bytes_due: self.wire.pass(TICK_US) - self.begin.host_bytes,
             };
             let actuators = sitl.exchange(&sensors)?;
-            self.bridge = actuators.bridge;
+            self.bridge = self.config.wiring.bridge(actuators.bridge);
             (self.led, self.buzzer) = (actuators.led, actuators.buzzer);
-            if let Some(sensor) = actuators.sonar_trigger {
+            let pins = actuators.sonar_trigger;
+            if let Some(sensor) = pins.and_then(|pins| self.config.wiring.sensor(pins)) {
                 self.trigger_sonar(sensor);
-                self.ping = self.sonar.expected(sensor);
+                let ping = self.sonar.expected(sensor);
+                self.ping = ping.map(|echo| self.config.wiring.heard(echo));
             }
             let bytes_sent = self.begin.bytes_sent + actuators.bytes_sent;
             if bytes_sent != self.bytes_sent {

@@ -91,8 +91,8 @@ def command(
     if out is not None:
         raise BadInput(f"--out {out}: only with --import")
     assert log is not None
+    from rover_hil.parameter_file import parse_setting
     from rover_hil.replay.pace import Pace
-    from rover_hil.replay.parameters import parse_setting
     from rover_hil.replay.play import Changes, replay
 
     changes = Changes(

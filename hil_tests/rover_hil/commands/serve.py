@@ -37,6 +37,9 @@ def command(
     data: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder with landmines/: ground of real thermal pictures.")
     ] = None,
+    vehicle: Annotated[
+        Path | None, typer.Option(metavar="V.toml", help="How the rover is really built and wired.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for truth.tum and truth.json.")] = None,
 ) -> int:
     """See HELP."""
@@ -46,5 +49,5 @@ def command(
         raise BadInput(f"--data {data}: no such folder")
     from rover_hil.free_run.serve import Options, serve
 
-    serve(Options(mission, rig.value, transport.value, seed, not free_run, not no_camera, data, out, world))
+    serve(Options(mission, rig.value, transport.value, seed, not free_run, not no_camera, data, out, world, vehicle))
     return 0

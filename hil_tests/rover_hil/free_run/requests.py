@@ -129,6 +129,8 @@ class Requests:
             "distance_m": math.hypot(dx, dy),
             "bearing_deg": math.degrees(math.atan2(dy, dx)),
             "rover": self._whereabouts(),
+            "wheel_turns": [angle / (2.0 * math.pi) for angle in self._plant.wheel_angles()],
+            "battery_v": self._plant.battery()[0],
         }
 
     def _motors(self, table: Table) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 from rover.capture.publisher import FramePublisher
 from rover.link.port import CanPort
 from rover.mission.config import load
+from rover.vehicle import load_vehicle
 from rover.vision.camera.file import load_camera
 
 from rover_hil.free_run.control import ControlSocket
@@ -32,7 +33,10 @@ PERIOD_S = 0.002
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line says. `paused`: time stands still until a client says go."""
+    """What the command line says. `paused`: time stands still until a client says go.
+
+    `vehicle`: how the rover is really built and wired; its board has the firmware's defaults.
+    """
 
     mission: str
     rig: str = "sitl"
@@ -43,6 +47,7 @@ class Options:
     data: Path | None = None
     out: Path | None = None
     world: str = ""
+    vehicle: Path | None = None
 
 
 def serve(options: Options) -> None:
@@ -52,6 +57,8 @@ def serve(options: Options) -> None:
     if options.world:
         find_world(options.world)  # one that is not there is told at once
         mission = replace(mission, field=replace(mission.field, world=options.world))
+    if options.vehicle is not None:
+        mission = replace(mission, rover=replace(mission.rover, vehicle=load_vehicle(options.vehicle)))
     ground = build(mission, options.seed, options.data)
     model = load_camera(mission.rover.camera)
     plant = build_plant(mission, ground, model, options.seed, options.pictures)
@@ -70,7 +77,7 @@ def serve(options: Options) -> None:
 
         requests = Requests(rig, plant, world, options.transport, mission, judge)
         port = rig.port if options.transport == "serial" else CanPort("slcan", rig.port).name
-        announce(port, f"socket:{camera}", control)
+        announce(port, f"socket:{camera}", control, folder / "rig.json")
         try:
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, _end)
@@ -83,9 +90,10 @@ def serve(options: Options) -> None:
                 write_truth(options.out, rig, ground, options.seed, judge([], []))
 
 
-def announce(port: str, camera_source: str, control: Path) -> None:
-    """The first line of stdout: what a client needs."""
+def announce(port: str, camera_source: str, control: Path, note: Path) -> None:
+    """The first line of stdout, and a note for clients that know the port alone: what they need."""
     told = {"port": port, "camera_source": camera_source, "control": str(control), "pid": os.getpid()}
+    note.write_text(json.dumps(told) + "\n", encoding="utf-8")
     sys.stdout.write(json.dumps(told) + "\n")
     sys.stdout.flush()
 

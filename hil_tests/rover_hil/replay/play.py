@@ -22,11 +22,11 @@ from rover.record.rig_step import RigStep
 from rover.vision.camera.file import load_camera
 
 from rover_hil.firmware_process import emulator_command, sitl_command
+from rover_hil.parameter_file import settings_of, write_parameter_file
 from rover_hil.replay.device import DeviceReplay
 from rover_hil.replay.estimators import IMPORTED, replay_estimators
 from rover_hil.replay.firmware import Compared, FirmwareReplay
 from rover_hil.replay.pace import Pace
-from rover_hil.replay.parameters import write_parameter_file
 from rover_hil.replay.recorded_device import RecordedDevice
 from rover_hil.replay.recorded_rig import RecordedOperator, RecordedRig, RecordedWorld
 
@@ -141,7 +141,9 @@ def replay(
             return Replayed(path, rig, device.frames_fed, None, companion, build, log.cut)
         part: FirmwarePart
         if port is None:
-            part = _firmware_part(rig, origin, changes.parameters, scratch, log)
+            part = _firmware_part(
+                rig, origin, {**settings_of(mission.rover.vehicle), **changes.parameters}, scratch, log
+            )
         elif changes.parameters:
             raise BadInput("--set: only on --rig sitl")
         else:

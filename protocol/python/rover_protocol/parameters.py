@@ -13,11 +13,11 @@ PARAMETERS = (
               "low-voltage stop and refusal to arm"),
     Parameter("low_voltage_delay", "ms", 3, 500, 10, 10000, 10, 2000, True,
               "how long the voltage must be below low_voltage"),
-    Parameter("track", "um", 10, 200000, 50000, 1000000, 50000, 1000000, False,
+    Parameter("track", "um", 10, 200000, 50000, 1000000, 50000, 1000000, True,
               "between the wheels' middles"),
-    Parameter("count_left", "pm", 11, 130899694, 1000000, 2000000000, 1000000, 2000000000, False,
+    Parameter("count_left", "pm", 11, 130899694, 1000000, 2000000000, 1000000, 2000000000, True,
               "way of the left wheel for one count"),
-    Parameter("count_right", "pm", 12, 130899694, 1000000, 2000000000, 1000000, 2000000000, False,
+    Parameter("count_right", "pm", 12, 130899694, 1000000, 2000000000, 1000000, 2000000000, True,
               "way of the right wheel for one count"),
     Parameter("stop_travel_acceleration", "um/s^2", 20, 800000, 200000, 5000000, 200000, 5000000, True,
               "braking: deceleration of travel"),
@@ -77,6 +77,12 @@ PARAMETERS = (
               "for how long a wheel must be stalled"),
     Parameter("following_error", "um", 63, 40000, 1000, 1000000, 1000, 200000, True,
               "a wheel this far behind counts as stalled"),
+    Parameter("wiring", "bits", 70, 0, 0, 63, 0, 63, True,
+              "put right in software: 1, 2 motors inverted, 4, 8 encoders inverted, 16 motors, 32 encoders crossed"),
+    Parameter("sonar_order", "order", 71, 0, 0, 5, 0, 5, True,
+              "which sensors the left, centre, right pins lead to: 0 lcr, 1 lrc, 2 clr, 3 crl, 4 rlc, 5 rcl"),
+    Parameter("battery_scale", "ppm", 72, 1000000, 500000, 2000000, 500000, 2000000, True,
+              "true over measured battery voltage: the divider as it is"),
 )
 # fmt: on
 

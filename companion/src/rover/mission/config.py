@@ -288,7 +288,7 @@ def _rover(table: Table, file: Path) -> RoverSettings:
             vehicle = load_vehicle(Path(vehicle_file))
         except BadInput as error:
             raise table.error("vehicle", str(error)) from None
-    camera = table.text("camera", "lepton-160")
+    camera = table.text("camera", vehicle.camera or "lepton-160")
     if camera.endswith(".toml"):
         camera = _beside(table, "camera", file, camera)
     try:
@@ -302,7 +302,7 @@ def _rover(table: Table, file: Path) -> RoverSettings:
         camera_source=table.text("camera_source", ""),
         preprocess=table.choices("preprocess", STEPS, LOCALIZATION_STEPS),
         cruise_speed=table.number("cruise_speed_m_s", 0.05, vehicle.travel.speed, min(0.25, vehicle.travel.speed)),
-        baud=table.integer("baud", 9_600, 4_000_000, DEFAULT_BAUD),
+        baud=table.integer("baud", 9_600, 4_000_000, vehicle.baud or DEFAULT_BAUD),
     )
 
 

@@ -178,11 +178,12 @@ class Perception:
         """One piece of telemetry."""
         if isinstance(event, WheelMotion):
             if self._counts is not None:
-                scale = self.vehicle.metres_per_count
-                left, right = event.left_counts - self._counts[0], event.right_counts - self._counts[1]
+                scales = self.vehicle.wheel_scales
+                left = (event.left_counts - self._counts[0]) * scales[0]
+                right = (event.right_counts - self._counts[1]) * scales[1]
                 if self._by_wheels:
-                    self.localizer.predict(event.time, left * scale, right * scale)
-                self._moving = max(abs(left), abs(right)) * scale > STANDING
+                    self.localizer.predict(event.time, left, right)
+                self._moving = max(abs(left), abs(right)) > STANDING
             self._time = event.time
             self._counts = (event.left_counts, event.right_counts)
         elif isinstance(event, SonarRange) and event.status != SonarStatus.DEAD:

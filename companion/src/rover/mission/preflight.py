@@ -7,7 +7,7 @@ and does not keep the rover from a new mission.
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -19,12 +19,15 @@ from rover.errors import LinkLost, PreflightFailed, RoverError
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
 from rover.link.inquiry import Told, listen
+from rover.link.parameters import read_parameters
 from rover.link.self_test import Finding, self_test
 from rover.link.session import Link
 from rover.link.words import MotorState
 from rover.mission.config import Mission
 from rover.mission.fault_desk import row_of
 from rover.mission.fault_table import AtStart
+from rover.vehicle import Vehicle
+from rover.vehicle.difference import differences, left_from_a_bench
 from rover.vision.camera.model import CameraModel
 
 READY = (MotorState.BOOT, MotorState.DISARMED, MotorState.LATCHED)
@@ -43,13 +46,18 @@ PICTURE_RATE = 9
 LINK_BYTES_PER_SECOND = 100_000
 
 
-class Parts(Protocol):
-    """What is open: port, camera, and the clock that both go by."""
+class Wired(Protocol):
+    """An open port, and the clock that it goes by."""
 
     @property
     def clock(self) -> WallClock: ...
     @property
     def wire(self) -> FrameTransport: ...
+
+
+class Parts(Wired, Protocol):
+    """What is open: port and camera."""
+
     @property
     def camera(self) -> LatestFrames: ...
 
@@ -78,7 +86,7 @@ def preflight(
     """Looks at everything, also after something has failed; `on_finding` is told each as it is known."""
     findings: list[Finding] = []
     checks = (
-        look_at_firmware(parts, session),
+        look_at_firmware(parts, session, mission.rover.vehicle),
         look_at_camera(parts, camera),
         iter([judge_disk(shutil.disk_usage(out).free, mission.max_duration_s, camera)]),
     )
@@ -89,12 +97,13 @@ def preflight(
     return Preflight(tuple(findings))
 
 
-def look_at_firmware(parts: Parts, session: int) -> Iterator[Finding]:
-    """Handshake with its schema, then state, faults, battery, emergency stop and sonars."""
+def look_at_firmware(parts: Wired, session: int, vehicle: Vehicle) -> Iterator[Finding]:
+    """Handshake with its schema, then state, faults, battery, emergency stop and sonars, and the board's parameters."""
     link = Link(parts.wire, parts.clock, session)
     try:
         identity = link.connect()
         told = listen(link)
+        board = read_parameters(link)
     except (PreflightFailed, LinkLost) as error:
         yield Finding("firmware", False, str(error))
         return
@@ -104,6 +113,20 @@ def look_at_firmware(parts: Parts, session: int) -> Iterator[Finding]:
         f"{link.wire.transport.port}",
     )  # fmt: skip
     yield from judge_firmware(told)
+    yield judge_parameters(board, vehicle)
+
+
+def judge_parameters(board: Mapping[str, int], vehicle: Vehicle) -> Finding:
+    """The board's parameters against the vehicle file: all that differ are named, those that safety rests on refuse."""
+    bench = left_from_a_bench(board)
+    if bench:
+        return Finding("vehicle", False, f"left from a bench: {'; '.join(bench)}: rover vehicle push puts it right")
+    found = differences(vehicle.parameters(), board)
+    if not found:
+        return Finding("vehicle", True, "the board's parameters are those of the vehicle file")
+    refused = any(each.safety for each in found)
+    named = f"on the board {'; '.join(map(str, found))}"
+    return Finding("vehicle", not refused, f"{named}: rover vehicle push makes them equal" if refused else named)
 
 
 def judge_firmware(told: Told) -> list[Finding]:

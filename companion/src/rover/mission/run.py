@@ -152,11 +152,6 @@ def run_mission(
             raise BadInput(f"--port {port}: rig {rig} makes its own port")
         if camera_source is not None:
             raise BadInput(f"--camera-source {camera_source}: rig {rig} has a camera of its own")
-        if not mission.rover.vehicle.rolls_like_standard:
-            raise BadInput(
-                f"{mission.rover.vehicle_file}: rig {rig} has the standard rover's wheels and sonars; "
-                "leave [wheels] and [[sonar]] out to drive there"
-            )
     elif data is not None:
         raise BadInput(f"--data {data}: lays the ground of a simulated field; a real one has its own")
     elif port is not None:

@@ -1,4 +1,4 @@
-"""Changed firmware parameters for a replay: a parameter file for rover-sitl, written by rover-sitl itself."""
+"""Firmware parameters that are not at their defaults: a parameter file for rover-sitl, written by rover-sitl itself."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rover.errors import BadInput, PreflightFailed
 from rover.link.baud import DEFAULT_BAUD
+from rover.vehicle import Vehicle
 from rover_protocol import framing, messages, parameters
 from rover_protocol.rig_tick import TickReply, TickRequest
 
@@ -27,6 +28,14 @@ def parse_setting(text: str) -> tuple[int, int]:
         return int(key) if known is None else known.identifier, int(value)
     except ValueError:
         raise BadInput(f"--set {text}: a whole number is expected after the =, in the parameter's own unit") from None
+
+
+def settings_of(vehicle: Vehicle) -> dict[int, int]:
+    """By number, the parameters that the vehicle's firmware must not have at their defaults."""
+    values = vehicle.parameters()
+    return {
+        known.identifier: values[known.name] for known in parameters.PARAMETERS if values[known.name] != known.default
+    }
 
 
 def write_parameter_file(command: list[str], file: Path, settings: dict[int, int]) -> None:

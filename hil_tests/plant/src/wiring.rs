@@ -1,49 +1,8 @@
-//! How motors, encoders, sonars and the divider are really connected: what the firmware reads and drives is behind it.
+//! Between the board's pins and what is really connected to them.
 
-use serde::Deserialize;
-
+use crate::config::Wiring;
 use crate::drive::Bridge;
 use crate::sonar::Echo;
-
-/// Left and right, as the rover has them. Nothing is wrong by default.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Wiring {
-    /// A motor that turns backward when it is driven forward.
-    pub motors_inverted: [bool; 2],
-    /// An encoder that counts down when its wheel rolls forward.
-    pub encoders_inverted: [bool; 2],
-    /// The board's left output drives the right motor, and the other way round.
-    pub motors_swapped: bool,
-    /// The board's left input reads the right encoder, and the other way round.
-    pub encoders_swapped: bool,
-    /// A motor without a connection.
-    pub motors_dead: [bool; 2],
-    /// An encoder without a connection.
-    pub encoders_dead: [bool; 2],
-    /// The sensor that each of the board's pins, left, centre and right, leads to.
-    pub sonars: [u8; 3],
-    /// Sensors without a connection.
-    pub sonars_dead: [bool; 3],
-    /// Voltage that the board reads over the true one.
-    pub battery_scale: f64,
-}
-
-impl Default for Wiring {
-    fn default() -> Self {
-        Self {
-            motors_inverted: [false; 2],
-            encoders_inverted: [false; 2],
-            motors_swapped: false,
-            encoders_swapped: false,
-            motors_dead: [false; 2],
-            encoders_dead: [false; 2],
-            sonars: [0, 1, 2],
-            sonars_dead: [false; 3],
-            battery_scale: 1.0,
-        }
-    }
-}
 
 impl Wiring {
     /// What the motors get from the board's bridges.

@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rover.bringup.helper import RigHelper
 from rover.link.session import Link
 from rover.mission.config import load
 from rover.vehicle import load_vehicle
 from rover.vision.camera.file import load_camera
+from rover_plant import Plant
 
 from rover_hil.client.rig import open_lockstep
 from rover_hil.free_run.real_time import RealTime
 from rover_hil.free_run.requests import Requests
 from rover_hil.ground import build
-from rover_hil.plant_config import build_plant, describe_camera
+from rover_hil.plant_config import NEVER_US, describe_camera, plant_config
 from rover_hil.scenario.board_faults import FaultyRig
 
 
 class BenchRig:
     """Its firmware's time is that of the link: it moves when the companion waits. Is the link's Clock."""
 
-    def __init__(self, vehicle: Path, memory: Path, seed: int = 1, mission: str = "bench") -> None:
-        read = load(mission)
+    def __init__(self, vehicle: Path, memory: Path, seed: int = 1, *, exact: bool = False) -> None:
+        """`exact`: wheels that do not slip, and motors that are alike."""
+        read = load("bench")
         read = replace(read, rover=replace(read.rover, vehicle=load_vehicle(vehicle)))
         model = load_camera(read.rover.camera)
-        plant = build_plant(read, build(read, seed), model, seed, pictures=False)
+        ground = build(read, seed)
+        config = plant_config(read, ground, model, seed)
+        config["camera"]["first_exposure_us"] = NEVER_US
+        if exact:
+            config["drive"] |= {"slip_bias": 0.0, "slip_noise": 0.0, "motor_tolerance": 0.0}
+        plant = Plant(json.dumps(config), ground.temperature, ground.height, np.zeros((0, 4)))
         self.plant = plant
         self.rig = FaultyRig(plant, describe_camera(model), read.rover.baud, "serial", memory)
         world = RealTime(self.rig, paused=True)

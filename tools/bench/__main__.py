@@ -6,7 +6,18 @@ import importlib
 import sys
 
 # Modules of tools.bench with `main(arguments) -> exit code`; each is imported when it is asked for.
-BENCHES = ("campaign", "console", "detector", "missions", "planner", "protocol", "trajectory", "vision", "worlds")
+BENCHES = (
+    "bringup",
+    "campaign",
+    "console",
+    "detector",
+    "missions",
+    "planner",
+    "protocol",
+    "trajectory",
+    "vision",
+    "worlds",
+)
 
 OWN_PACKAGES = ("tools", "rover", "rover_hil", "rover_native", "rover_plant", "rover_protocol")
 

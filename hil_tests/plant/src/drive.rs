@@ -155,7 +155,8 @@ impl Drive {
         let travel = std::array::from_fn(|wheel| {
             let turned = 0.5 * (before[wheel] + self.speed[wheel]) * dt;
             self.angle[wheel] += turned;
-            let surface = turned * self.config.wheel_radius;
+            let radius = self.config.wheel_radius * self.config.wheel_radius_ratio[wheel];
+            let surface = turned * radius;
             if faults.lifted {
                 return 0.0;
             }
@@ -287,6 +288,17 @@ mod tests {
         faults.set("encoder-stuck", 0, 0.0).unwrap();
         run(&mut drive, [0.5, 0.5], &faults, 500);
         assert!(drive.counts()[0] > before && drive.counts()[0] < drive.counts()[1]);
+    }
+
+    #[test]
+    fn a_smaller_wheel_comes_less_far_with_the_same_turns() {
+        let config = config::Drive {
+            wheel_radius_ratio: [1.0, 0.98],
+            ..exact()
+        };
+        let mut drive = Drive::new(&config, 1);
+        let [left, right] = run(&mut drive, [0.5, 0.5], &Faults::default(), 1000);
+        assert!((right / left - 0.98).abs() < 1e-12, "{left} {right}");
     }
 
     #[test]

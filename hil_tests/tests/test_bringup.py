@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rover.bringup.session import Done, bring_up, chosen, load_notes, report_of
@@ -86,22 +87,25 @@ def drive_of(bench: BenchRig) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize(
-    ("fault", "step", "says"),
+    ("broken", "step", "says"),
     [
-        ({"fault": "encoder-stuck", "wheel": "left"}, "wheels", "the left wheel turns and its encoder counts nothing"),
-        ({"fault": "motor-open", "wheel": "right"}, "wheels", "the right output turns nothing: motor wire, bridge"),
-        ({"fault": "sonar-dead", "sensor": "centre"}, "sonars", "dead: supply, trigger"),
-        ({"fault": "sonar-deaf", "sensor": "right"}, "sonars", "nobody sees the box at 0.25 m before the right sensor"),
-        ({"fault": "emergency-stop-input"}, "stop", "its loop is open, or it is pressed"),
+        ({"encoders_dead": [True, False]}, "wheels", "the left wheel turns and its encoder counts nothing"),
+        ({"motors_dead": [False, True]}, "wheels", "the right output turns nothing: motor wire, bridge"),
+        ({"sonars_dead": [False, True, False]}, "sonars", "the sensor on the right pins is dead: supply, trigger"),
+        ({"battery_scale": 0.3}, "supply", "wrong resistors"),
     ],
 )
-def test_what_only_hands_can_mend_is_named(
-    bench: BenchRig, tmp_path: Path, fault: dict[str, str], step: str, says: str
-) -> None:
-    bench.ask({"op": "fault", **fault})
-    done = brought_up(bench, tmp_path / "vehicle.toml", [step])[step]
+def test_what_only_hands_can_mend_is_named(tmp_path: Path, broken: dict[str, Any], step: str, says: str) -> None:
+    built = tmp_path / "built.toml"
+    built.write_text(BUILT, encoding="utf-8")
+    rig = BenchRig(built, tmp_path / "memory", broken=broken)
+    try:
+        rig.link.connect()
+        done = brought_up(rig, tmp_path / "vehicle.toml", [step])[step]
+    finally:
+        rig.close()
     assert not done.ok
-    assert says in done.message
+    assert says in done.message, done.message
     # Nothing of it has gone into the file, and the next call makes the step again.
     assert step in chosen(None, load_notes(tmp_path / "vehicle.toml"))
 

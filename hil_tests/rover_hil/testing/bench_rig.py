@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,14 +27,23 @@ from rover_hil.scenario.board_faults import FaultyRig
 class BenchRig:
     """Its firmware's time is that of the link: it moves when the companion waits. Is the link's Clock."""
 
-    def __init__(self, vehicle: Path, memory: Path, seed: int = 1, *, exact: bool = False) -> None:
-        """`exact`: wheels that do not slip, and motors that are alike."""
+    def __init__(
+        self,
+        vehicle: Path,
+        memory: Path,
+        seed: int = 1,
+        *,
+        exact: bool = False,
+        broken: Mapping[str, Any] | None = None,
+    ) -> None:
+        """`exact`: wheels that do not slip, and motors that are alike. `broken`: of the plant's wiring."""
         read = load("bench")
         read = replace(read, rover=replace(read.rover, vehicle=load_vehicle(vehicle)))
         model = load_camera(read.rover.camera)
         ground = build(read, seed)
         config = plant_config(read, ground, model, seed)
         config["camera"]["first_exposure_us"] = NEVER_US
+        config["wiring"] |= broken or {}
         if exact:
             config["drive"] |= {"slip_bias": 0.0, "slip_noise": 0.0, "motor_tolerance": 0.0}
         plant = Plant(json.dumps(config), ground.temperature, ground.height, np.zeros((0, 4)))

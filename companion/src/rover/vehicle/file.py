@@ -118,10 +118,7 @@ def _camera(table: Table, path: Path) -> str:
     name = table.text("file", "")
     if not name.endswith(".toml"):
         return name
-    beside = (path.parent / name).resolve()
-    if not beside.is_file():
-        raise table.error("file", f"{beside}: no such file")
-    return str(beside)
+    return str((path.parent / name).resolve())
 
 
 def _limits(table: Table, keys: tuple[str, ...], standard: Limits) -> Limits:

@@ -47,7 +47,7 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
-	docs console setup-console setup-pdf results results-check sbom audit lock prerequisites clean
+	docs console setup-console setup-foxglove setup-pdf results results-check sbom audit lock prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -89,6 +89,13 @@ $(VENV)/.console: requirements/console.lock $(BIN)/rover
 	@touch $@
 
 setup-console: setup $(VENV)/.console
+
+$(VENV)/.foxglove: requirements/foxglove.lock $(BIN)/rover
+	@echo 'installing what rover run --foxglove needs into $(VENV)'
+	@$(call quietly,$(call install,foxglove))
+	@touch $@
+
+setup-foxglove: setup $(VENV)/.foxglove
 
 $(VENV)/.pdf: requirements/pdf.lock $(BIN)/rover
 	@echo 'installing what rover pdf needs into $(VENV)'
@@ -175,9 +182,10 @@ lock: $(BIN)/python
 	$(LOCK) requirements/run.in -o requirements/run.lock
 	$(LOCK) requirements/emulator.in -c requirements/run.lock -o requirements/emulator.lock
 	$(LOCK) requirements/console.in -c requirements/run.lock -o requirements/console.lock
+	$(LOCK) requirements/foxglove.in -c requirements/run.lock -o requirements/foxglove.lock
 	$(LOCK) requirements/pdf.in -c requirements/run.lock -o requirements/pdf.lock
 	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -c requirements/console.lock \
-		-c requirements/pdf.lock -o requirements/dev.lock
+		-c requirements/pdf.lock -c requirements/foxglove.lock -o requirements/dev.lock
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

@@ -16,7 +16,7 @@ else:
 
 ROOT = Path(__file__).parents[2]
 REQUIREMENTS = ROOT / "requirements"
-NAMES = ("run", "emulator", "console", "dev")
+NAMES = ("run", "emulator", "console", "foxglove", "dev")
 PROJECTS = ("protocol/python", "companion", "hil_tests")
 OWN = {"rover", "rover-protocol", "rover-hil"}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,6 +38,7 @@ Examples:
   rover run field.toml --data ~/pictures --quiet
   rover run field.toml --rig device --port /dev/ttyACM0 --camera-source v4l2:/dev/video0
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
+  rover run demo --foxglove                    open ws://127.0.0.1:8765 in Foxglove
   rover run field.toml --key operator.pem      signs what the run leaves, see rover verify
   rover run demo --json | jq '.detections[] | [.class, .x, .y]'
 """
@@ -71,6 +73,12 @@ def command(
         Path | None,
         typer.Option(envvar="ROVER_KEY", metavar="FILE", help="Operator's Ed25519 key: signs the run's manifest."),
     ] = None,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Stream all of the log to Foxglove on this computer, too.")
+    ] = False,
+    foxglove_port: Annotated[
+        int, typer.Option(min=0, max=65_535, metavar="P", help="Port for --foxglove; 0 takes a free one.")
+    ] = 8765,
     pdf: Annotated[bool, typer.Option("--pdf", help="Print the report to report.pdf, too.")] = False,
     attended: Annotated[
         bool | None,
@@ -98,10 +106,14 @@ def command(
 
     from rover.mission.loop import Control
     from rover.mission.run import run_mission
+    from rover.record.foxglove_stream import FoxgloveStream
     from rover.report.summary import summary
 
     control = Control(attended=attended if attended is not None else rig is RigName.DEVICE)
-    with view, operator_signals(control, view.say):
+    stream = FoxgloveStream(foxglove_port, loaded.name) if foxglove else None
+    if stream is not None:
+        say(f"open {stream.url} in Foxglove")
+    with stream or nullcontext(), view, operator_signals(control, view.say):
         result = run_mission(
             loaded,
             rig=rig.value,
@@ -116,6 +128,7 @@ def command(
             on_status=view.show,
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,
+            live=stream,
             key=key,
             pdf=pdf,
         )

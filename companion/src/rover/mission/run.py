@@ -39,6 +39,7 @@ from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
 from rover.record.epoch import Epoch, simulated_epoch, system_epoch
+from rover.record.foxglove_stream import FoxgloveStream
 from rover.record.manifest import private_key
 from rover.record.recording import Recording
 from rover.record.topics import CAMERA_LOST
@@ -78,6 +79,7 @@ class _Prepared:
     on_status: Callable[[Status], None] | None
     control: Control
     resume: Path | None
+    live: FoxgloveStream | None
 
     def drive(self, rig: Rig, recording: Recording) -> Driven:
         """The whole mission on a rig, into a log."""
@@ -111,7 +113,7 @@ class _Prepared:
     def recording(self, epoch: Epoch, more: Mapping[str, str] | None = None) -> Recording:
         """The log, with what the run is made from. `epoch`: when mission time 0 is."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
-        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})}, epoch)
+        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})}, epoch, self.live)
         attach_files(recording, self.mission, self.resume)
         return recording
 
@@ -131,6 +133,7 @@ def run_mission(
     on_status: Callable[[Status], None] | None = None,
     on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
+    live: FoxgloveStream | None = None,
     key: Path | None = None,
     pdf: bool = False,
 ) -> RunResult:
@@ -139,6 +142,7 @@ def run_mission(
     `out`: new or empty; with `force` what an earlier run left there goes once the pre-flight check has passed. When
     that fails, nothing is made and nothing is gone. What could not be written is named in the result.
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
+    `live`: is given all that is written into the log.
     `key`: of the operator, to sign the run's manifest with. `pdf`: the report as a PDF, too.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
 
@@ -182,6 +186,7 @@ def run_mission(
             on_status,
             control or Control(),
             resume,
+            live,
         )
         started = time.monotonic()
         real_time = None

@@ -15,10 +15,11 @@ from typing import Any
 
 from google.protobuf.message import Message
 from mcap.writer import CompressionType, Writer
-from mcap_protobuf.schema import register_schema
+from mcap_protobuf.schema import build_file_descriptor_set, register_schema
 
 from rover.errors import BadInput
 from rover.record.epoch import NO_EPOCH, Epoch
+from rover.record.foxglove_stream import FoxgloveStream
 from rover.record.journal import Journal, json_schema, to_json
 
 LIBRARY = "rover"
@@ -35,13 +36,21 @@ class Recording(Journal):
     """Writes one MCAP file; use it as a context manager. Times are seconds of the mission's clock, in the file
     nanoseconds since 1970 where its `epoch` is known."""
 
-    def __init__(self, path: Path, metadata: Mapping[str, str] | None = None, epoch: Epoch = NO_EPOCH) -> None:
-        """`metadata`: what identifies the run (mission, seed, versions). `epoch`: when mission time 0 was.
+    def __init__(
+        self,
+        path: Path,
+        metadata: Mapping[str, str] | None = None,
+        epoch: Epoch = NO_EPOCH,
+        live: FoxgloveStream | None = None,
+    ) -> None:
+        """`metadata`: what identifies the run (mission, seed, versions). `epoch`: when mission time 0 was. `live`: is
+        given every message, too.
 
         Raises BadInput where no file can be written at all.
         """
         try:
             self.epoch = epoch
+            self._live = live
             self._stream = path.open("wb")
             self._writer = Writer(self._stream, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
             self._writer.start(profile="", library=LIBRARY)
@@ -98,6 +107,9 @@ class Recording(Journal):
         if channel is None:
             schema = register_schema(self._writer, type(message))
             channel = self._channels[topic] = self._writer.register_channel(topic, "protobuf", schema)
+            if self._live is not None:
+                described = build_file_descriptor_set(type(message)).SerializeToString()
+                self._live.open(topic, "protobuf", (message.DESCRIPTOR.full_name, "protobuf", described))
         self._add(topic, channel, time, message.SerializeToString(deterministic=True))
 
     def put_json(self, topic: str, time: float, content: Mapping[str, Any], kind: type | None) -> None:
@@ -108,6 +120,8 @@ class Recording(Journal):
             text = json.dumps(json_schema(name, kind), separators=(",", ":"))
             identifier = self._writer.register_schema(name, "jsonschema", text.encode())
             channel = self._channels[topic] = self._writer.register_channel(topic, "json", identifier)
+            if self._live is not None:
+                self._live.open(topic, "json", (name, "jsonschema", text.encode()))
         self._add(topic, channel, time, to_json(content).encode())
 
     def put_bytes(self, topic: str, time: float, data: bytes) -> None:
@@ -115,6 +129,8 @@ class Recording(Journal):
         channel = self._channels.get(topic)
         if channel is None:
             channel = self._channels[topic] = self._writer.register_channel(topic, BYTES, NO_SCHEMA)
+            if self._live is not None:
+                self._live.open(topic, BYTES, None)
         self._add(topic, channel, time, data)
 
     def _add(self, topic: str, channel: int, time: float, data: bytes) -> None:
@@ -123,6 +139,8 @@ class Recording(Journal):
         sequence = self._sequences.get(topic, 0)
         self._sequences[topic] = sequence + 1
         stamp = self.epoch.utc_ns + round(time * 1e9)
+        if self._live is not None:
+            self._live.publish(topic, stamp, data)
         with self._failing():
             self._writer.add_message(channel, stamp, data, stamp, sequence & 0xFFFF_FFFF)
             if time >= self._flush_due:

@@ -13,7 +13,7 @@ from rover.detection.classifier import Classifier, default_model
 from rover.errors import BadInput, RoverError
 from rover.mission.begin import begin
 from rover.mission.loop import Control, MissionLoop
-from rover.mission.origin import origin_of, restore_former, restore_mission, session_of
+from rover.mission.origin import origin_of, restore_earlier, restore_former, restore_mission, session_of
 from rover.mission.run import DEVICE
 from rover.record.comparison import Comparison, Differs, RecordingOver
 from rover.record.difference import Difference
@@ -111,7 +111,9 @@ def replay(
         camera = load_camera(mission.rover.camera)
         seed = int(origin["seed"])
         session = session_of(origin)
-        survey = begin(mission, camera, classifier, seed, restore_former(log.files, scratch, mission, camera))
+        former = restore_former(log.files, scratch, mission, camera)
+        earlier = restore_earlier(log.files, scratch, mission, camera, origin.get("visit_after", ""))
+        survey = begin(mission, camera, classifier, seed, former, earlier)
         now = origin_of(mission, origin["rig"], origin["transport"], seed, float(origin["cycle_s"]), classifier.sha256)
         build = {
             key: f"{origin.get(key, 'unknown')} → {value}"

@@ -18,7 +18,7 @@ from rover.link.rig import Rig
 from rover.mission.assemble import assemble
 from rover.mission.begin import begin
 from rover.mission.loop import Control, MissionLoop
-from rover.mission.origin import identities_of, restore_former, restore_mission, session_of
+from rover.mission.origin import identities_of, restore_earlier, restore_former, restore_mission, session_of
 from rover.mission.outputs import write_outputs
 from rover.mission.run import DEVICE
 from rover.mission.run_folder import RunFolder
@@ -61,7 +61,9 @@ def recover(
         classifier = Classifier(mission.detector.model or default_model())
         camera = load_camera(mission.rover.camera)
         seed = int(origin["seed"])
-        survey = begin(mission, camera, classifier, seed, restore_former(log.files, scratch, mission, camera))
+        former = restore_former(log.files, scratch, mission, camera)
+        earlier = restore_earlier(log.files, scratch, mission, camera, origin.get("visit_after", ""))
+        survey = begin(mission, camera, classifier, seed, former, earlier)
         control = Control()
         operator = RecordedOperator(log, control)
 

@@ -35,6 +35,7 @@ Examples:
   rover run demo --transport can
   rover run demo --out runs/morning
   rover run demo --resume runs/morning --out runs/noon
+  rover run noon.toml --after runs/morning --out runs/noon      the same field at another hour: both are fused
   rover run field.toml --data ~/pictures --quiet
   rover run field.toml --rig device --port /dev/ttyACM0 --camera-source v4l2:/dev/video0
   rover run field.toml --rig device --port can:socketcan:can0 --camera-source v4l2:0
@@ -68,6 +69,10 @@ def command(
     resume: Annotated[
         Path | None,
         typer.Option(metavar="RUN", help="Folder of an earlier run of this field: go on with what it has learned."),
+    ] = None,
+    after: Annotated[
+        Path | None,
+        typer.Option(metavar="RUN", help="Folder of a survey of this field at another hour: both are fused."),
     ] = None,
     key: Annotated[
         Path | None,
@@ -125,6 +130,7 @@ def command(
             force=force,
             data=data,
             resume=resume,
+            after=after,
             on_status=view.show,
             on_finding=lambda finding: view.say(finding_line(finding)),
             control=control,

@@ -45,6 +45,14 @@ class Evidence:
         """Takes over what another run has found; numbers go on from there."""
         self._places, self._next = list(places), next_place
 
+    def report(self, x: float, y: float, sigma: float, time: float, submap: int, together: float) -> Place:
+        """A new place that no look by itself has found, but the temperatures of two visits together."""
+        place = Place(self._next, x, y, time, time, sigma, submap=submap, together=together)
+        self._next += 1
+        place.judge(self.settings)
+        self._places.append(place)
+        return place
+
     def move(self, shifts: Mapping[int, Pose2]) -> None:
         """Submaps have moved in map, by number; what was seen from them moves with them."""
         for place in self._places:
@@ -143,7 +151,8 @@ class Evidence:
             if a in gone or b in gone:
                 continue
             first, second = self._places[a], self._places[b]
-            keep, drop = (a, b) if (first.views, -first.id) >= (second.views, -second.id) else (b, a)
+            ranks = [(place.earlier is not None, place.views, -place.id) for place in (first, second)]
+            keep, drop = (a, b) if ranks[0] >= ranks[1] else (b, a)
             self._places[keep].absorb(self._places[drop])
             gone.add(drop)
         self._places = [place for index, place in enumerate(self._places) if index not in gone]

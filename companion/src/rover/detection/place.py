@@ -42,7 +42,9 @@ class Anchor:
 class Place:
     """A place in map. p: probability per class; sigma_m: 1σ of the position along one axis; views: looks that found it.
 
-    suspected: it may be a mine, keep away and look closer. indication: reported. submap, anchor: of the last look that
+    suspected: it may be a mine, keep away and look closer. indication: reported. earlier: what an earlier visit said
+    of it, None where that has not reported it; nothing that a visit has reported is dropped. together: probability by
+    the temperatures of both visits, None where they do not say it. submap, anchor: of the last look that
     found it; with that submap the place moves.
     """
 
@@ -58,6 +60,8 @@ class Place:
     suspected: bool = False
     indication: bool = False
     looks: int = 0
+    earlier: dict[str, float] | None = None
+    together: float | None = None
     submap: int = 0
     anchor: Anchor | None = None
     _evidence: NDArray[np.float64] = field(default_factory=lambda: np.zeros(len(CLASSES)), repr=False)
@@ -77,9 +81,16 @@ class Place:
         return "surface" if self.p["surface"] > self.p["buried"] else "buried"
 
     @property
+    def reported_as(self) -> tuple[str, float]:
+        """Kind and probability as reported: by this visit, an earlier one or both together, whichever is surest."""
+        best = max((self.p, self.earlier or self.p), key=lambda p: p["surface"] + p["buried"])
+        kind = "surface" if best["surface"] > best["buried"] else "buried"
+        return kind, max(best[kind], self.together or 0.0)
+
+    @property
     def is_spent(self) -> bool:
         """True when enough looks have spoken against it."""
-        return self.looks >= SPENT_LOOKS and self.mine_probability < SPENT
+        return self.earlier is None and self.looks >= SPENT_LOOKS and self.mine_probability < SPENT
 
     def add(
         self,
@@ -125,13 +136,18 @@ class Place:
         self.x, self.y, self.extent = (float(self._sums[i] / self._sums[2]) for i in (0, 1, 3))
         self.first_seen = min(self.first_seen, other.first_seen)
         self.last_seen = max(self.last_seen, other.last_seen)
+        self.earlier = self.earlier or other.earlier
 
     def judge(self, settings: EvidenceSettings) -> None:
         """Sets `suspected` and `indication`; a place that was suspected is dismissed only well below the threshold."""
         least = settings.suspect_threshold * (0.75 if self.suspected else 1.0)
         self.suspected = self.views >= settings.suspect_views and self.mine_probability >= least
-        self.indication = self.views >= settings.report_views and self.mine_probability >= settings.report_threshold
+        self.indication = self.is_found(settings) or self.earlier is not None or self.together is not None
         self.suspected = self.suspected or self.indication
+
+    def is_found(self, settings: EvidenceSettings) -> bool:
+        """Whether the looks of this visit alone report it."""
+        return self.views >= settings.report_views and self.mine_probability >= settings.report_threshold
 
     def _novelty(self, pose: Pose2) -> float:
         """1 for a new viewpoint, less for every further look from the same one."""

@@ -35,15 +35,14 @@ def sign_at(hour: float) -> int:
     return -1 if hour >= COLD_HOURS[0] or hour <= COLD_HOURS[1] else 0
 
 
-def likeness(kelvin: NDArray[np.float32], resolution: float, sign: int = 0) -> NDArray[np.float32]:
-    """How far each cell stands out as a buried mine would, in robust standard deviations of this ground's answers.
+def contrast(kelvin: NDArray[np.float32], resolution: float) -> NDArray[np.float32]:
+    """Mean within a mine's width less that of the ring around, kelvin (rows, columns); nan where too little is known.
 
-    kelvin: mosaic (rows, columns), nan where nothing is known; `resolution` in metres. `sign`: of the contrast that is
-    looked for, 0 for either. Zero where too little around is known.
+    kelvin: mosaic (rows, columns), nan where nothing is known; `resolution` in metres.
     """
     known = np.isfinite(kelvin)
     if not known.any():
-        return np.zeros(kelvin.shape, np.float32)
+        return np.full(kelvin.shape, np.nan, np.float32)
     middle = np.float32(np.median(kelvin[known]))
     plain = np.where(known, np.clip(kelvin - middle, -CLIP_K, CLIP_K), 0.0).astype(np.float32)
     mask = known.astype(np.float32)
@@ -51,9 +50,20 @@ def likeness(kelvin: NDArray[np.float32], resolution: float, sign: int = 0) -> N
         (_blur(plain, width / resolution), _blur(mask, width / resolution)) for width in (MINE_WIDTH, AROUND_WIDTH)
     )
     fair = known & (near_share >= LEAST_KNOWN) & (around_share >= LEAST_KNOWN)
+    answer = near / np.maximum(near_share, LEAST_KNOWN) - around / np.maximum(around_share, LEAST_KNOWN)
+    return np.where(fair, answer, np.nan).astype(np.float32)
+
+
+def likeness(kelvin: NDArray[np.float32], resolution: float, sign: int = 0) -> NDArray[np.float32]:
+    """How far each cell stands out as a buried mine would, in robust standard deviations of this ground's answers.
+
+    Arguments as of `contrast`. `sign`: of the contrast that is looked for, 0 for either. Zero where too little around
+    is known.
+    """
+    answer = contrast(kelvin, resolution)
+    fair = np.isfinite(answer)
     if not fair.any():
         return np.zeros(kelvin.shape, np.float32)
-    answer = near / np.maximum(near_share, LEAST_KNOWN) - around / np.maximum(around_share, LEAST_KNOWN)
     spread = max(1.4826 * float(np.median(np.abs(answer[fair]))), LEAST_SPREAD_K)
     signed = np.abs(answer) if sign == 0 else sign * answer
     return np.where(fair, signed / np.float32(spread), 0.0).astype(np.float32)

@@ -44,6 +44,7 @@ from rover.report.result import (
     TimelineEntry,
     Unsurveyed,
 )
+from rover.report.visits import PlaceVisits, TwoVisitsResult
 
 # Half the side of a detection's picture in the report, metres.
 THUMBNAIL_HALF = 0.3
@@ -119,6 +120,37 @@ def assemble(
         timeline=tuple(timeline),
         final_pose=track.final_pose,
         robot_radius=survey.vehicle.radius,
+        visits=_visits(survey),
+    )
+
+
+def _visits(survey: Survey) -> TwoVisitsResult | None:
+    fused = survey.fused
+    if fused is None:
+        return None
+    settings = survey.perception.evidence.settings
+    places = {
+        place.id: PlaceVisits(
+            first=None if place.earlier is None else place.earlier["surface"] + place.earlier["buried"],
+            second=place.mine_probability if place.is_found(settings) else None,
+            together=fused.said[place.id].p,
+            contrast=(fused.said[place.id].first, fused.said[place.id].second),
+            inertia=fused.said[place.id].inertia,
+        )
+        for place in survey.perception.indications
+    }
+    two, shift = fused.two, fused.registered.shift
+    return TwoVisitsResult(
+        earlier=fused.earlier.name,
+        hours=two.hours,
+        registered_by=fused.registered.by,
+        shift=(shift.x, shift.y, math.degrees(shift.heading)),
+        matches=fused.registered.matches,
+        agreement=fused.registered.agreement,
+        first=two.kelvin[0],
+        second=two.kelvin[1],
+        difference=two.difference,
+        places=places,
     )
 
 
@@ -128,11 +160,12 @@ def _detections(survey: Survey, start: float) -> tuple[DetectionResult, ...]:
     for place in survey.perception.indications:
         goal = goals.get(place.id)
         inspected = goal is not None and goal.state is GoalState.INSPECTED
+        kind, p = place.reported_as
         results.append(
             DetectionResult(
                 id=place.id,
-                kind=place.kind,
-                p=place.p[place.kind],
+                kind=kind,
+                p=p,
                 x=place.x,
                 y=place.y,
                 sigma=place.sigma_m,

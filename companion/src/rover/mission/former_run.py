@@ -38,7 +38,8 @@ FILES = (KEYFRAMES, SURVEY)
 class FormerRun:
     """layers: of the map, by name. looks: how often each cell was looked for. next_place: number of the next new one.
 
-    released: places that were inspected and proved to be no indication.
+    released: places that were inspected and proved to be no indication. hour: of its day, 0 to 24; None where the
+    file, of an older version, does not say.
     """
 
     folder: Path
@@ -49,6 +50,7 @@ class FormerRun:
     next_place: int
     goals: list[Goal]
     released: set[int]
+    hour: float | None = None
 
 
 def pack_run(survey: Survey) -> dict[str, bytes]:
@@ -60,6 +62,7 @@ def pack_run(survey: Survey) -> dict[str, bytes]:
     content = {
         "version": VERSION,
         "area": [survey.mission.area.width, survey.mission.area.height],
+        "hour": survey.mission.time_of_day_s / 3600.0,
         "next_place": perception.evidence.next_place,
         "places": [_record(place) for place in perception.evidence.places],
         "goals": [asdict(goal) for goal in survey.goals],
@@ -106,6 +109,7 @@ def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:
             int(content["next_place"]),
             [_goal(record) for record in content["goals"]],
             {int(number) for number in content["released"]},
+            None if content.get("hour") is None else _finite(content["hour"]),
         )
     except BadInput:
         raise
@@ -158,6 +162,8 @@ def _place(record: dict[str, Any]) -> Place:
         suspected=bool(record["suspected"]),
         indication=bool(record["indication"]),
         looks=int(record["looks"]),
+        earlier=_probabilities(record.get("earlier")),
+        together=None if record.get("together") is None else _finite(record["together"]),
         submap=int(record["submap"]),
         _evidence=_finite_array(record["_evidence"]),
         _weight=_finite(record["_weight"]),
@@ -165,6 +171,10 @@ def _place(record: dict[str, Any]) -> Place:
         _sums=_finite_array(record["_sums"]),
         _pose_variance=float(record["_pose_variance"]),  # infinite until the place has been seen
     )
+
+
+def _probabilities(value: Any) -> dict[str, float] | None:
+    return None if value is None else {str(name): _finite(p) for name, p in value.items()}
 
 
 def _goal(record: dict[str, Any]) -> Goal:

@@ -20,6 +20,7 @@ from rover.link.rig import Rig
 from rover.link.session import Link
 from rover.mission.commands import Command, Word
 from rover.mission.ear import Ear
+from rover.mission.earlier_visit import fuse
 from rover.mission.goals import GoalState
 from rover.mission.moment import moment_of
 from rover.mission.operator import remaining_s, situation, tell
@@ -152,7 +153,14 @@ class MissionLoop:
         return f"the motors are off, the firmware is {in_words(state)}"
 
     def judge(self) -> dict[str, Any] | None:
-        """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version."""
+        """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version.
+
+        Before that a second visit is asked together with the first: what both report is judged.
+        """
+        survey = self.survey
+        if survey.earlier is not None and survey.fused is None:
+            hour = survey.mission.time_of_day_s / 3600.0
+            survey.fused = fuse(survey.earlier, survey.perception, hour, self.rig.now())
         zones = [
             {
                 "t": zone.since,

@@ -29,6 +29,8 @@ CAMERA_FILE = "camera.toml"
 MODEL_FILE = "model.onnx"
 VEHICLE_FILE = "vehicle.toml"
 WORLD_FILE = "world.toml"
+# Before the names of files of the run that this one is the second visit after.
+EARLIER = "earlier_"
 TOML = "application/toml"
 BINARY = "application/octet-stream"
 SOURCES = Path(rover.__file__).resolve().parent
@@ -91,8 +93,13 @@ def _short_hash(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()[:12]
 
 
-def attach_files(recording: Recording, mission: Mission, former: Path | None = None) -> None:
-    """Mission and camera; vehicle, world, model that do not ship with the project; files of the run gone on from."""
+def attach_files(
+    recording: Recording, mission: Mission, former: Path | None = None, earlier: Path | None = None
+) -> None:
+    """Mission and camera; vehicle, world, model that do not ship with the project; files of the run gone on from.
+
+    earlier: the run that this one is the second visit after.
+    """
     recording.attach(MISSION_FILE, TOML, mission.path.read_bytes())
     recording.attach(CAMERA_FILE, TOML, camera_file(mission.rover.camera).read_bytes())
     if mission.rover.vehicle_file:
@@ -104,6 +111,9 @@ def attach_files(recording: Recording, mission: Mission, former: Path | None = N
     if former is not None:
         for name in FORMER_FILES:
             recording.attach(name, BINARY, (former / name).read_bytes())
+    if earlier is not None:
+        for name in FORMER_FILES:
+            recording.attach(EARLIER + name, BINARY, (earlier / name).read_bytes())
 
 
 def restore_former(files: Mapping[str, bytes], folder: Path, mission: Mission, camera: CameraModel) -> FormerRun | None:
@@ -113,6 +123,19 @@ def restore_former(files: Mapping[str, bytes], folder: Path, mission: Mission, c
     for name in FORMER_FILES:
         (folder / name).write_bytes(files[name])
     return load_run(folder, mission, camera)
+
+
+def restore_earlier(
+    files: Mapping[str, bytes], folder: Path, mission: Mission, camera: CameraModel, name: str
+) -> FormerRun | None:
+    """The run after which a log's run was the second visit, laid into `folder`/`name`; None: there was none."""
+    if not all(EARLIER + file in files for file in FORMER_FILES):
+        return None
+    place = folder / (name or "earlier")
+    place.mkdir(exist_ok=True)
+    for file in FORMER_FILES:
+        (place / file).write_bytes(files[EARLIER + file])
+    return load_run(place, mission, camera)
 
 
 def restore_mission(files: Mapping[str, bytes], folder: Path, overrides: Mapping[str, Any]) -> Mission:

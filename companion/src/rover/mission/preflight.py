@@ -15,6 +15,7 @@ from typing import Protocol
 from rover.capture.frame import Frame
 from rover.capture.latest import LatestFrames
 from rover.capture.plausible import doubts
+from rover.detection.hours import warning
 from rover.errors import LinkLost, PreflightFailed, RoverError
 from rover.link.clock import WallClock
 from rover.link.frames import FrameTransport
@@ -88,6 +89,7 @@ def preflight(
     checks = (
         look_at_firmware(parts, session, mission.rover.vehicle),
         look_at_camera(parts, camera),
+        judge_hour(mission.time_of_day_s / 3600.0),
         iter([judge_disk(shutil.disk_usage(out).free, mission.max_duration_s, camera)]),
     )
     for check in checks:
@@ -186,6 +188,13 @@ def judge_pictures(taken: list[Frame], ages: list[float], camera: CameraModel) -
     return Finding(
         "camera", True, f"{camera.name}, {width}×{height}, {rate:.1f} pictures a second, {min(ages) * 1e3:.0f} ms old"
     )
+
+
+def judge_hour(hour: float) -> Iterator[Finding]:
+    """A line where hardly any contrast is expected at the mission's hour: no reason to refuse, the operator decides."""
+    poor = warning(hour)
+    if poor:
+        yield Finding("hour", True, poor)
 
 
 def judge_disk(free: int, duration: float, camera: CameraModel) -> Finding:

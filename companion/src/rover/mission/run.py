@@ -31,6 +31,7 @@ from rover.mission.checkpoint import Checkpoint
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
 from rover.mission.ear import Ear
+from rover.mission.earlier_visit import check_same_field
 from rover.mission.former_run import load_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, identities_of, origin_of
@@ -80,6 +81,7 @@ class _Prepared:
     control: Control
     resume: Path | None
     live: FoxgloveStream | None
+    after: Path | None
 
     def drive(self, rig: Rig, recording: Recording) -> Driven:
         """The whole mission on a rig, into a log."""
@@ -113,8 +115,10 @@ class _Prepared:
     def recording(self, epoch: Epoch, more: Mapping[str, str] | None = None) -> Recording:
         """The log, with what the run is made from. `epoch`: when mission time 0 is."""
         origin = origin_of(self.mission, self.rig, self.transport, self.seed, CYCLE, self.classifier.sha256)
-        recording = Recording(self.folder.path / "mission.mcap", {**origin, **(more or {})}, epoch, self.live)
-        attach_files(recording, self.mission, self.resume)
+        visit = {} if self.after is None else {"visit_after": self.after.resolve().name}
+        described = {**origin, **visit, **(more or {})}
+        recording = Recording(self.folder.path / "mission.mcap", described, epoch, self.live)
+        attach_files(recording, self.mission, self.resume, self.after)
         return recording
 
 
@@ -130,6 +134,7 @@ def run_mission(
     force: bool = False,
     data: Path | None = None,
     resume: Path | None = None,
+    after: Path | None = None,
     on_status: Callable[[Status], None] | None = None,
     on_finding: Callable[[Finding], None] = lambda _: None,
     control: Control | None = None,
@@ -142,6 +147,7 @@ def run_mission(
     `out`: new or empty; with `force` what an earlier run left there goes once the pre-flight check has passed. When
     that fails, nothing is made and nothing is gone. What could not be written is named in the result.
     `resume`: the folder of an earlier run over the same area, whose knowledge this one begins with.
+    `after`: the folder of a survey of the same field at another hour: both are fused in the end.
     `live`: is given all that is written into the log.
     `key`: of the operator, to sign the run's manifest with. `pdf`: the report as a PDF, too.
     `port`, `camera_source`: of a real rover, on rig "device" alone; `on_finding` is told what its check finds.
@@ -167,9 +173,16 @@ def run_mission(
     camera = load_camera(mission.rover.camera)
     if resume is not None and resume.resolve() == out.resolve():
         raise BadInput(f"--out {out}: the run to go on from is there; name another folder")
+    if after is not None and resume is not None:
+        raise BadInput("--after and --resume: a run goes on from an earlier one, or is the second visit after it")
+    if after is not None and after.resolve() == out.resolve():
+        raise BadInput(f"--out {out}: the earlier visit is there; name another folder")
+    if after is not None and rig != DEVICE:
+        check_same_field(after, seed)
     former = load_run(resume, mission, camera) if resume is not None else None
+    earlier = load_run(after, mission, camera) if after is not None else None
     classifier = Classifier(mission.detector.model or default_model())
-    survey = begin(mission, camera, classifier, seed, former)
+    survey = begin(mission, camera, classifier, seed, former, earlier)
     # A board tells the companions that it hears one after the other apart by this; a simulated one is always a new one.
     session = secrets.randbelow(1 << 16) if rig == DEVICE else seed & 0xFFFF
     with RunFolder(out, force) as folder:
@@ -187,6 +200,7 @@ def run_mission(
             control or Control(),
             resume,
             live,
+            after,
         )
         started = time.monotonic()
         real_time = None

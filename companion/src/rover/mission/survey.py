@@ -29,6 +29,7 @@ from rover.mission.config import Mission
 from rover.mission.contacts import Contacts
 from rover.mission.coverage import Coverage
 from rover.mission.drive import Drive
+from rover.mission.earlier_visit import EarlierVisit, Fused
 from rover.mission.ending import judged, percent
 from rover.mission.energy import Gauge, way_back_s
 from rover.mission.fault_desk import FaultDesk
@@ -93,6 +94,9 @@ class Survey:
         self._braked_for: Ending | None = None
         self.watch = Watch(mission.max_duration_s)
         self.stops = Stops()
+        # A survey of this field at another hour, and what both say together once this one is over.
+        self.earlier: EarlierVisit | None = None
+        self.fused: Fused | None = None
         self.checks = Checks()
         self._desk = FaultDesk()
         self.odometer = Odometer(vehicle)

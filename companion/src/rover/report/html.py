@@ -8,6 +8,7 @@ from rover.report.expected import expected
 from rover.report.markup import NOTHING, Html, details, join, pairs, paragraph, picture, section, tag, text
 from rover.report.result import RunResult
 from rover.report.style import STYLE
+from rover.report.two_visits import two_visits
 
 ALARM = "status alarm"
 # How a status reads, and how loud it is. Done is no green: a finished survey says nothing good about the ground.
@@ -30,6 +31,7 @@ def report_html(result: RunResult, map_png: bytes) -> str:
         section("Map", "map", picture(map_png, _map_in_words(result), "map")),
         sections.site(result),
         sections.indications(result),
+        two_visits(result),
         sections.not_surveyed(result),
         sections.limits(result),
         expected(result),

@@ -11,6 +11,7 @@ from rover.geometry import Pose2
 from rover.outcome import RunStatus
 from rover.record.epoch import NO_EPOCH, Epoch
 from rover.report.site import UNKNOWN, Site
+from rover.report.visits import TwoVisitsResult
 from rover.str_enum import StrEnum
 from rover.vehicle import STANDARD
 
@@ -292,6 +293,8 @@ class RunResult:
     recovered_until: float | None = None
     # What could not be written, a line each.
     unwritten: tuple[str, ...] = ()
+    # Of a second visit: what it says together with the first.
+    visits: TwoVisitsResult | None = None
 
     @property
     def area_m2(self) -> float:

@@ -34,6 +34,9 @@ th { text-align: left; font-weight: 600; color: var(--faint); font-size: .85rem;
 th, td { padding: .45rem .7rem .45rem 0; border-bottom: 1px solid var(--line); vertical-align: middle; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 .id { font-size: 1.25rem; font-weight: 700; color: var(--alarm); }
+.visits { display: flex; flex-wrap: wrap; gap: 1rem; }
+.visits figure { margin: 0; flex: 1 1 15rem; max-width: 24rem; }
+.visit { display: block; width: 100%; }
 .thumbnail { display: block; width: 5.2rem; height: 5.2rem; border-radius: .25rem; }
 .bad { color: var(--alarm); font-weight: 700; }
 .good { font-weight: 600; }

@@ -8,6 +8,7 @@ from typing import Any
 
 from rover.record.epoch import NO_EPOCH
 from rover.report.result import DetectionResult, GoalResult, RunResult
+from rover.report.visits import visits_json
 
 
 def summary(result: RunResult) -> dict[str, Any]:
@@ -74,6 +75,7 @@ def summary(result: RunResult) -> dict[str, Any]:
             "vehicle_hash": result.identities.vehicle_hash,
         },
         "after": result.identities.after or None,
+        "visits": None if result.visits is None else visits_json(result.visits),
         "wall_clock": None
         if result.wall_clock is None
         else {

@@ -28,7 +28,7 @@ PLAIN_SIGMAS = 3.0
 LEFT_OF_VARIANCE = 0.973
 # Likeness from which a place is reported by both visits together, and from which it is as likely a mine as not, and how
 # steeply that rises (`python -m tools.evaluate.two_visits`).
-REPORT = 4.0
+REPORT = 3.6
 EVEN, STEEPNESS = 3.4, 2.0
 # Change of the surroundings between the visits below which their inertia can't be told, kelvin.
 LEAST_CHANGE_K = 3.0

@@ -210,8 +210,8 @@ def run_mission(
             driven = _on_simulated(prepared, data)
         wall = time.monotonic() - started
         assert survey.outcome is not None
-        after = "" if resume is None else resume.resolve().name
-        identities = identities_of(mission, rig, seed, classifier.sha256, driven.firmware, after)
+        gone_on_from = "" if resume is None else resume.resolve().name
+        identities = identities_of(mission, rig, seed, classifier.sha256, driven.firmware, gone_on_from)
         result = assemble(survey, driven.track, driven.figures, identities, driven.referee, out, driven.epoch)
         clock = None if rig == DEVICE else WallClock(wall, result.duration / wall)
         result = replace(result, out=str(out), wall_clock=clock, real_time=real_time)

@@ -77,4 +77,4 @@ def _drawn(result: RunResult, kelvin: NDArray[np.float32]) -> NDArray[np.uint8]:
     for detection in result.detections:
         at = round(detection.x * cells), round(size[1] - detection.y * cells)
         cv2.circle(image, at, max(3, round(0.12 * cells)), ZONE, 1, cv2.LINE_AA)
-    return image
+    return np.asarray(image, np.uint8)

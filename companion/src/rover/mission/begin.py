@@ -5,10 +5,11 @@ from __future__ import annotations
 from rover.detection.classifier import Classifier
 from rover.detection.hours import warning
 from rover.mission.config import Mission
-from rover.mission.earlier_visit import earlier_visit, take_over
+from rover.mission.earlier_visit import take_over
 from rover.mission.former_run import FormerRun, go_on_from
 from rover.mission.perception import Perception
 from rover.mission.survey import Survey
+from rover.mission.visit_again import earlier_visit
 from rover.vision.camera.model import CameraModel
 
 

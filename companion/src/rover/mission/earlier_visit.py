@@ -7,10 +7,8 @@ mosaics are laid on each other and asked together (`rover.detection.two_visits`)
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -19,11 +17,9 @@ from numpy.typing import NDArray
 from rover.detection.place import PRIOR, Place
 from rover.detection.second_look import LEAST_KNOWN
 from rover.detection.two_visits import PlaceOfTwo, TwoVisits, compare
-from rover.errors import BadInput
 from rover.geometry import Pose2
 from rover.mapping.local_grid import OCCUPIED
 from rover.mapping.survey_grid import SurveyGrid
-from rover.mission.former_run import SURVEY, WHAT, FormerRun
 from rover.mission.perception import Perception
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.map_registration import LAUNCH_SIGMA_M, Registered, register_maps
@@ -54,33 +50,6 @@ class Fused:
     registered: Registered
     two: TwoVisits
     said: dict[int, PlaceOfTwo]
-
-
-def earlier_visit(former: FormerRun, perception: Perception) -> EarlierVisit:
-    """What a run has left, for a visit over the same area. Raises BadInput."""
-    if not former.keyframes.frames:
-        raise BadInput(f"{former.folder}: that run has seen nothing")
-    if former.hour is None:
-        raise BadInput(f"{former.folder}: left by an older version, which did not write down its hour")
-    width, height = (side * perception.grid.resolution for side in perception.grid.shape[::-1])
-    grid = SurveyGrid(width, height, perception.grid.resolution)
-    try:
-        grid.restore(former.layers, former.keyframes.submap_poses)
-    except ValueError:
-        raise BadInput(f"{former.folder / SURVEY}: damaged {WHAT}") from None
-    name = former.folder.resolve().name
-    return EarlierVisit(name, former.hour, former.keyframes, plain(grid), tuple(former.places))
-
-
-def check_same_field(folder: Path, seed: int) -> None:
-    """Of simulated rigs: raises BadInput where the run in `folder` was not driven in the field of `seed`."""
-    truth = folder / "truth.json"
-    try:
-        driven = json.loads(truth.read_text(encoding="utf-8"))["seed"]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise BadInput(f"{truth}: not there, or damaged: on this rig only a simulated run is surveyed after") from None
-    if driven != seed:
-        raise BadInput(f"{folder}: driven with --seed {driven}, a field other than that of --seed {seed}")
 
 
 def take_over(visit: EarlierVisit, perception: Perception, next_place: int) -> None:

@@ -31,7 +31,6 @@ from rover.mission.checkpoint import Checkpoint
 from rover.mission.config import Mission
 from rover.mission.device import check, opened
 from rover.mission.ear import Ear
-from rover.mission.earlier_visit import check_same_field
 from rover.mission.former_run import load_run
 from rover.mission.loop import CYCLE, Control, MissionLoop, Status
 from rover.mission.origin import attach_files, identities_of, origin_of
@@ -39,6 +38,7 @@ from rover.mission.outputs import write_outputs
 from rover.mission.run_folder import RunFolder
 from rover.mission.survey import Survey
 from rover.mission.track import Track
+from rover.mission.visit_again import check_same_field
 from rover.record.epoch import Epoch, simulated_epoch, system_epoch
 from rover.record.foxglove_stream import FoxgloveStream
 from rover.record.manifest import private_key

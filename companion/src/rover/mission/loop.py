@@ -143,6 +143,9 @@ class MissionLoop:
             survey.outcome = survey.outcome or Outcome(RunStatus.LINK_LOST, str(error))
         except SafetyStop as error:
             survey.outcome = survey.outcome or Outcome(RunStatus.SAFETY_STOP, str(error))
+        if survey.earlier is not None:
+            hour = survey.mission.time_of_day_s / 3600.0
+            survey.fused = fuse(survey.earlier, survey.perception, hour, self.rig.now())
         self._record_notes()
 
     def _true_state(self, confirmed: bool) -> str:
@@ -153,14 +156,7 @@ class MissionLoop:
         return f"the motors are off, the firmware is {in_words(state)}"
 
     def judge(self) -> dict[str, Any] | None:
-        """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version.
-
-        Before that a second visit is asked together with the first: what both report is judged.
-        """
-        survey = self.survey
-        if survey.earlier is not None and survey.fused is None:
-            hour = survey.mission.time_of_day_s / 3600.0
-            survey.fused = fuse(survey.earlier, survey.perception, hour, self.rig.now())
+        """What the rig's referee saw; None when the rig is gone. Zones go to it as they were, version by version."""
         zones = [
             {
                 "t": zone.since,

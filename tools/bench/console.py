@@ -35,7 +35,7 @@ def main(arguments: list[str]) -> int:
     """Prints both; exit code 0."""
     parser = argparse.ArgumentParser(prog="python -m tools.bench console", description=__doc__)
     parser.add_argument("--viewers", type=int, default=20)
-    parser.add_argument("--seconds", type=float, default=40.0, help="of the mission that is measured")
+    parser.add_argument("--seconds", type=float, default=30.0, help="of the mission that is measured")
     parser.add_argument("--stops", type=int, default=50)
     options = parser.parse_args(arguments)
     if options.seconds > 0.0:
@@ -58,9 +58,9 @@ def cost(viewers: int, seconds: float) -> str:
     """One mission in real time with so many who look on; a row of the table."""
     with tempfile.TemporaryDirectory() as name, serving(Path(name) / "runs") as served:
         cookie = seated(served)
-        rig = ServedRig("demo", "--seed", "503", "--free-run")
+        rig = ServedRig(str(MISSION), "--seed", "503", "--free-run")
         try:
-            content = {"mission": "demo", "rig": "device", "port": rig.port, "camera_source": rig.camera_source}
+            content = {"mission": "small", "rig": "device", "port": rig.port, "camera_source": rig.camera_source}
             run, process = started(served, cookie, content)
             began = process.cpu_times()
             told = asyncio.run(look_on(served, cookie, run, viewers, seconds))

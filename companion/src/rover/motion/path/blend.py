@@ -94,11 +94,7 @@ def _roomy(line: Polygon, limits: DrivingLimits) -> Flags:
 
 def _with_room(points: Array, error: Array, settings: BlendSettings, clearance: ClearanceMap) -> tuple[Array, Array]:
     """The polyline with room at its corners, and how far each of its legs is from where it was at most."""
-    old = [(float(x), float(y)) for x, y in points]
-    wide = widened(old, clearance, settings.widen, settings.slack)
-    known = set(old)
-    moved = np.array([point not in known for point in wide])
-    off = np.where(moved[:-1] | moved[1:], settings.widen, 0.0)
+    wide, off = widened(points.tolist(), clearance, settings.widen, settings.slack)
     return np.array(wide), off + error.max(initial=0.0)
 
 

@@ -7,14 +7,20 @@ legs; everything else stays as it was.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
 import numpy as np
+import rover_native
+from numpy.typing import NDArray
 from rover.geometry import wrap_angle
 from rover.motion.path.clearance import ClearanceMap
 
+Array = NDArray[np.float64]
 Point = tuple[float, float]
+# A corner, and the first and the last corner of the old path that it stands for.
+Corner = tuple[Point, int, int]
 
 # Corners that are made one, at most, and what they turn by together at most, radians.
 MAX_CORNERS = 12
@@ -23,14 +29,22 @@ MAX_TURN_RAD = math.radians(100.0)
 MIN_TURN_RAD = math.radians(8.0)
 # A corner is moved outward by these shares of what is allowed, the largest that is free.
 SHARES = (1.0, 0.5, 0.25)
+# Metres of a new leg that are compared with the old path at a time.
+CHORD_M = 2e-3
 
 
-def widened(path: Sequence[Point], clearance: ClearanceMap, most: float, slack: float = 0.0) -> list[Point]:
-    """The polyline with room at its corners; no new corner is further than `most` metres from an old one.
+def widened(
+    path: Sequence[Point], clearance: ClearanceMap, most: float, slack: float = 0.0
+) -> tuple[list[Point], Array]:
+    """The polyline (N points) with room at its corners, and for each leg (N − 1,) how far from the old path it is.
 
+    That is in metres, no less than the distance of any place on the leg from the part of `path` that it stands for. A
+    corner that stands for many is at most `most` metres from one of them, and is then moved by at most `most`.
     `slack`: metres that the footprint is grown by where the new legs are checked. The ends stay.
     """
-    points = _joined([(float(x), float(y)) for x, y in path], clearance, most, slack)
+    old = [(float(x), float(y)) for x, y in path]
+    corners = _joined(old, clearance, most, slack)
+    points = [point for point, _, _ in corners]
     for number in range(1, len(points) - 1):
         before, here, behind = points[number - 1 : number + 2]
         turn = _turn(before, here, behind)
@@ -41,15 +55,41 @@ def widened(path: Sequence[Point], clearance: ClearanceMap, most: float, slack: 
                 if _clear([before, moved, behind], clearance, slack):
                     points[number] = moved
                     break
-    return points
+    return points, _apart(points, [(first, last) for _, first, last in corners], old)
 
 
-def _joined(points: list[Point], clearance: ClearanceMap, most: float, slack: float) -> list[Point]:
+def _apart(points: list[Point], stands: list[tuple[int, int]], old: list[Point]) -> Array:
+    """What `widened` says of its legs. `stands`: for each point the corners of the old path that it stands for."""
+    off = np.zeros(max(len(points) - 1, 0))
+    same = [point == old[first] == old[last] for point, (first, last) in zip(points, stands, strict=True)]
+    moved = [leg for leg in range(len(off)) if not (same[leg] and same[leg + 1])]
+    if not moved:
+        return off
+    places, starts = [], [0]
+    for leg in moved:
+        count = max(1, math.ceil(math.dist(points[leg], points[leg + 1]) / CHORD_M))
+        places.append(np.linspace(points[leg], points[leg + 1], count + 1))
+        starts.append(starts[-1] + count + 1)
+    way = np.concatenate(places)
+    number = np.arange(len(way), dtype=np.int64)
+    legs = np.array([(stands[leg][0], stands[leg + 1][1]) for leg in moved], dtype=np.int64)
+    beside = rover_native.way_beside(
+        (way, number, np.zeros(len(way) - 1)),
+        (np.array(old), np.zeros(len(old) - 1)),
+        np.array(starts[:-1], dtype=np.int64),
+        legs,
+    )
+    # The chord from the end of one leg to the beginning of the next is none.
+    off[moved] = [beside[begin : end - 1].max() for begin, end in itertools.pairwise(starts)]
+    return off
+
+
+def _joined(points: list[Point], clearance: ClearanceMap, most: float, slack: float) -> list[Corner]:
     """Rows of corners to the same side as one corner each."""
     if len(points) < 4:
-        return points
+        return [(point, number, number) for number, point in enumerate(points)]
     turns = [0.0, *(_turn(*points[number - 1 : number + 2]) for number in range(1, len(points) - 1)), 0.0]
-    found = [points[0]]
+    found: list[Corner] = [(points[0], 0, 0)]
     number = 1
     while number < len(points) - 1:
         last = number
@@ -62,9 +102,9 @@ def _joined(points: list[Point], clearance: ClearanceMap, most: float, slack: fl
                 if meeting and not _clear([points[number], meeting, points[last]], clearance, slack):
                     meeting = None
             last -= meeting is None
-        found.append(meeting or points[number])
+        found.append((meeting or points[number], number, last))
         number = last + 1
-    return [*found, points[-1]]
+    return [*found, (points[-1], len(points) - 1, len(points) - 1)]
 
 
 def _meeting(points: list[Point], first: int, last: int, most: float) -> Point | None:

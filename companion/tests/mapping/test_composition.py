@@ -27,7 +27,7 @@ def same(one: SurveyGrid, other: SurveyGrid, names: tuple[str, ...] = LAYERS) ->
 def anew(grid: SurveyGrid) -> SurveyGrid:
     """The same map put together from its submaps as a whole."""
     made = copy.deepcopy(grid)
-    made._compose(made.area)
+    made._compose([made.area])
     return made
 
 
@@ -140,3 +140,47 @@ def test_what_is_kept_comes_back() -> None:
         other.restore(grid.layers(), [*poses, HOME])
     with pytest.raises(ValueError, match="fit"):
         SurveyGrid(30.0, 3.0).restore({**grid.layers(), "0_seen": np.zeros((2, 2), bool)}, poses)
+
+
+def test_submaps_that_sleep_make_the_same_map() -> None:
+    """One of two maps never lets any of its submaps go."""
+    rng, again = np.random.default_rng(7), np.random.default_rng(7)
+    poses = [HOME, Pose2(0.03, -0.02, 0.01), Pose2(-0.01, 0.04, -0.02), Pose2(0.02, 0.02, 0.0)]
+    sleeping, awake = SurveyGrid(14.0, 3.0), SurveyGrid(14.0, 3.0)
+    slept = 0
+    for step in range(60):
+        active = (step // 4) % 4
+        moved = [*poses[:3], Pose2(0.02 + 0.02 * (step // 20), 0.02, 0.0)]
+        for grid, chance in ((sleeping, rng), (awake, again)):
+            grid.place(moved, active)
+            pose, what = event(chance)
+            take(grid, Pose2(pose.x + 3.6 * active, pose.y, pose.heading), what)
+        slept += sum(piece.asleep for piece in sleeping.pieces)
+        for piece in awake.pieces:
+            assert piece.grid is not None
+        same(sleeping, awake)
+    assert slept > 30
+
+
+def test_what_a_run_of_before_has_kept_comes_back() -> None:
+    """It kept every cell of a window, known or not."""
+    rng = np.random.default_rng(8)
+    grid = SurveyGrid(3.0, 3.0)
+    for _ in range(10):
+        take(grid, *event(rng))
+    own = grid.pieces[0]
+    whole = {"0_window": own.packed()["window"]} | {f"0_{name}": layer for name, layer in own.grid.layers().items()}
+    other = SurveyGrid(3.0, 3.0)
+    other.restore(whole, [HOME])
+    same(grid, other)
+    assert sum(layer.nbytes for layer in grid.layers().values()) < sum(layer.nbytes for layer in whole.values())
+
+
+def test_known_cells_that_do_not_fit_are_refused() -> None:
+    grid = SurveyGrid(3.0, 3.0)
+    take(grid, *event(np.random.default_rng(9)))
+    layers = grid.layers()
+    with pytest.raises(ValueError, match="known cells"):
+        SurveyGrid(3.0, 3.0).restore({**layers, "0_known": layers["0_known"][:-1]}, [HOME])
+    with pytest.raises(ValueError, match="thermal"):
+        SurveyGrid(3.0, 3.0).restore({**layers, "0_thermal": layers["0_thermal"][:-1]}, [HOME])

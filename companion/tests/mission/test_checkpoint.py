@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from rover.mission import checkpoint
-from rover.mission.checkpoint import PERIOD_S, RESERVE_BYTES, Checkpoint
+from rover.mission.checkpoint import PACKING_SHARE, PERIOD_S, RESERVE_BYTES, Checkpoint
 
 CYCLE_S = 0.02
 
@@ -16,13 +17,21 @@ CYCLE_S = 0.02
 @pytest.fixture
 def packed(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """Stands for what the survey has learned: a number that grows with every look at it."""
-    state = SimpleNamespace(taken=0)
+    state = SimpleNamespace(taken=0, packing_s=0.0)
 
-    def pack(_: object) -> dict[str, bytes]:
+    def learned(_: object) -> SimpleNamespace:
         state.taken += 1
-        return {"survey.npz": str(state.taken).encode()}
+        content = str(state.taken).encode()
 
-    monkeypatch.setattr(checkpoint, "pack_run", pack)
+        def packed() -> dict[str, bytes]:
+            begin = time.thread_time()
+            while time.thread_time() - begin < state.packing_s:
+                pass
+            return {"survey.npz": content}
+
+        return SimpleNamespace(packed=packed)
+
+    monkeypatch.setattr(checkpoint, "learned", learned)
     return state
 
 
@@ -45,6 +54,13 @@ def test_what_is_known_is_on_disk_at_most_ten_seconds_later(packed: SimpleNamesp
     assert 2 * PERIOD_S <= 10.0
     assert (tmp_path / "survey.npz").read_text() == str(packed.taken)
     assert [path.name for path in tmp_path.iterdir()] == ["survey.npz"]
+
+
+def test_what_takes_long_to_pack_is_packed_less_often(packed: SimpleNamespace, tmp_path: Path) -> None:
+    packed.packing_s = 0.2
+    with Checkpoint(None, tmp_path) as keeper:  # type: ignore[arg-type]
+        assert drive(keeper, 60.0) is None
+    assert 4 <= packed.taken <= 60.0 / (packed.packing_s / PACKING_SHARE) + 1
 
 
 def test_a_file_that_cannot_be_written_ends_the_mission(packed: SimpleNamespace, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from rover.link.words import StopCause
+from rover.mission.config import FULL_FIELD_M2
 from rover.mission.stops import MAX_REARMS, Stops
 from rover.outcome import RunStatus
 
@@ -42,3 +43,14 @@ def test_a_cause_that_this_version_does_not_know_ends_the_mission() -> None:
     stops = Stops()
     stops.add("13")
     assert stops.too_many("13")
+
+
+def test_a_larger_field_has_more_of_what_its_ground_brings_and_not_of_what_the_machine_does() -> None:
+    small, large = Stops(FULL_FIELD_M2), Stops(10.0 * FULL_FIELD_M2)
+    for cause in (StopCause.SONAR_GUARD, StopCause.STALL):
+        for stops in (small, large):
+            for _ in range(MAX_REARMS[cause] + 1):
+                stops.add(cause)
+        assert small.too_many(cause)
+    assert not large.too_many(StopCause.SONAR_GUARD)
+    assert large.too_many(StopCause.STALL)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from rover.mapping.camera_view import CameraView, view_polygon
 from rover.mapping.local_grid import REACH, LocalGrid
 from rover.mapping.look import look_at
 from rover.mapping.parallax import Judged
+from rover.mapping.piece import AT_HOME, Piece, unpacked
 from rover.mapping.rectangle import Rectangle
 from rover.mapping.sonar_cone import cone_update
 from rover.mapping.spot import ClassifiedSpot
@@ -40,16 +40,7 @@ BEYOND_M = 0.6
 # A submap is put into the map anew when a corner of what it has learned has moved by this share of a cell.
 MOVED_CELLS = 0.25
 
-AT_HOME = Pose2(0.0, 0.0, 0.0)
 NOBODY = np.iinfo(np.uint16).max
-
-
-@dataclass(eq=False)
-class Piece:
-    """One submap: what it has learned, and its frame's pose in map as it is shown."""
-
-    grid: LocalGrid = field(default_factory=LocalGrid)
-    pose: Pose2 = AT_HOME
 
 
 class SurveyGrid:
@@ -99,6 +90,10 @@ class SurveyGrid:
         """Where the submaps lie in map now, and the one that the rover is in; new ones follow those that are known."""
         while len(self._pieces) < len(poses):
             self._pieces.append(Piece(pose=poses[len(self._pieces)]))
+        if active != self._active:
+            for number, piece in enumerate(self._pieces):
+                if number != active:
+                    piece.rest()
         self._active = active
         moved = [
             piece for piece, pose in zip(self._pieces, poses, strict=True) if self._shift(piece, pose) > MOVED_CELLS
@@ -110,12 +105,11 @@ class SurveyGrid:
             if piece not in moved:
                 continue
             for at in (piece.pose, pose):
-                where = piece.grid.window.moved(at, self.resolution).within(self.area)
+                where = piece.window.moved(at, self.resolution).within(self.area)
                 if not where.empty:
                     anew[where.slices(self.area)] = True
             piece.pose = pose
-        for where in _strips(anew):
-            self._compose(where)
+        self._compose(_strips(anew))
 
     def integrate_frame(
         self, frame: Frame, camera: CameraModel, pose: Pose2, sigma: float, detections: Sequence[ClassifiedSpot]
@@ -151,13 +145,12 @@ class SurveyGrid:
         self._show(self._active, found.where)
 
     def layers(self) -> dict[str, NDArray[Any]]:
-        """All that has been learned, by name: a window and rasters for every submap."""
-        found: dict[str, NDArray[Any]] = {}
-        for number, piece in enumerate(self._pieces):
-            window = piece.grid.window
-            found[f"{number}_window"] = np.array([window.top, window.left, window.bottom, window.right], np.int64)
-            found |= {f"{number}_{name}": layer for name, layer in piece.grid.layers().items()}
-        return found
+        """All that has been learned, by name, for every submap: arrays that are not changed any more."""
+        return {
+            f"{number}_{name}": layer
+            for number, piece in enumerate(self._pieces)
+            for name, layer in piece.packed().items()
+        }
 
     def restore(self, layers: Mapping[str, NDArray[Any]], poses: Sequence[Pose2]) -> None:
         """Takes over what a map of the same area had learned in submaps that lie at `poses`.
@@ -172,23 +165,24 @@ class SurveyGrid:
             window = Rectangle(*corners.tolist())
             if not window.empty and window.within(self._limits.grown(4 * REACH + 128)) != window:
                 raise ValueError(f"submap {number} does not fit")
-            grid = LocalGrid(window)
             own = {name.removeprefix(f"{number}_"): layer for name, layer in layers.items()
                    if name.startswith(f"{number}_")}  # fmt: skip
-            grid.restore(own)
+            grid = unpacked(window, own)
+            self._now = max(self._now, (int(grid.stamp.max(initial=0)) + 1) // 2)
             pieces.append(Piece(grid, pose))
+            pieces[-1].sleep()
         self._pieces, self._active = pieces, 0
-        self._now = max((int(piece.grid.stamp.max(initial=0)) + 1) // 2 for piece in pieces)
-        self._compose(self.area)
+        self._compose([self.area])
 
     def _begin(self, where: Rectangle) -> LocalGrid:
         """The grid of the rover's submap, ready for a change of `where`, with what others have learned there since."""
         self._now += 1
         piece = self._pieces[self._active]
-        piece.grid.cover(where)
+        grid = piece.to_change()
+        grid.cover(where)
         if len(self._pieces) > 1:
             self._take_over(piece, where.grown(REACH))
-        return piece.grid
+        return grid
 
     def _take_over(self, piece: Piece, around: Rectangle) -> None:
         """Into the rover's submap, within a rectangle of its lattice, what others have learned there since."""
@@ -199,7 +193,7 @@ class SurveyGrid:
         newer = inside & (owners != self._active) & (_age(self._stamp[rows, columns]) > own)
         for owner in np.unique(owners[newer]).tolist():
             other = self._pieces[owner]
-            there, known = _cells_seen_from(around, piece.pose, other.pose, other.grid.window, resolution)
+            there, known = _cells_seen_from(around, piece.pose, other.pose, other.window, resolution)
             stamp = other.grid.stamp[there]
             cells = newer & (owners == owner) & known & (_age(stamp) > own)
             layers = {name: layer[there] for name, layer in other.grid.layers().items()}
@@ -217,16 +211,21 @@ class SurveyGrid:
         self._merge(number, where)
         self._changed.append(where)
 
-    def _compose(self, where: Rectangle) -> None:
-        """Puts the map together anew within a rectangle of it."""
-        at = where.slices(self.area)
-        self.owner[at], self._stamp[at] = NOBODY, 0
-        self.seen[at], self.occupied[at], self.thermal[at], self.temperature[at] = False, False, 0.0, np.nan
+    def _compose(self, parts: Sequence[Rectangle]) -> None:
+        """Puts the map together anew within rectangles of it."""
+        for where in parts:
+            at = where.slices(self.area)
+            self.owner[at], self._stamp[at] = NOBODY, 0
+            self.seen[at], self.occupied[at], self.thermal[at], self.temperature[at] = False, False, 0.0, np.nan
         for number, piece in enumerate(self._pieces):
-            common = piece.grid.window.moved(piece.pose, self.resolution).within(where)
-            if not common.empty:
-                self._merge(number, common)
-        self._changed.append(where)
+            asleep = piece.asleep
+            for where in parts:
+                common = piece.window.moved(piece.pose, self.resolution).within(where)
+                if not common.empty:
+                    self._merge(number, common)
+            if asleep:
+                piece.sleep()
+        self._changed += parts
 
     def _merge(self, number: int, where: Rectangle) -> None:
         """Shows a submap wherever, within `where`, it has learned last; of two equal ones the elder is shown."""
@@ -252,10 +251,10 @@ class SurveyGrid:
 
     def _shift(self, piece: Piece, pose: Pose2) -> float:
         """By how many cells a corner of what it has learned moves at most when it goes to `pose`."""
-        if pose == piece.pose or piece.grid.window.empty:
+        if pose == piece.pose or piece.window.empty:
             piece.pose = pose
             return 0.0
-        window = piece.grid.window
+        window = piece.window
         corners = np.array([(x, y) for x in (window.left, window.right) for y in (window.top, window.bottom)], float)
         corners *= self.resolution
         apart = pose.transform(corners) - piece.pose.transform(corners)

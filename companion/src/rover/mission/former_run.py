@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 
 SURVEY = "survey.npz"
 WHAT = "survey"
-VERSION = 2
+VERSION = 3
+# In version 2 every layer of a submap covered its whole window.
+READABLE = (2, 3)
 FILES = (KEYFRAMES, SURVEY)
 
 
@@ -53,12 +55,25 @@ class FormerRun:
     hour: float | None = None
 
 
-def pack_run(survey: Survey) -> dict[str, bytes]:
-    """Content of both files by name; none where nothing was seen. The same run gives the same bytes."""
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What a run has learned so far: of the ground around the rover a copy, of all else what does not change now."""
+
+    known: KeyframeMap
+    camera: CameraModel
+    arrays: dict[str, NDArray[Any]]
+
+    def packed(self) -> dict[str, bytes]:
+        """Content of both files by name. The same run gives the same bytes."""
+        return {KEYFRAMES: pack_archive(map_arrays(self.known, self.camera)), SURVEY: pack_archive(self.arrays)}
+
+
+def learned(survey: Survey) -> Learned | None:
+    """What a run has learned so far; None where nothing was seen. Costs little, however large the field."""
     perception = survey.perception
     known = perception.localizer.map
     if not known.frames:
-        return {}
+        return None
     content = {
         "version": VERSION,
         "area": [survey.mission.area.width, survey.mission.area.height],
@@ -69,9 +84,9 @@ def pack_run(survey: Survey) -> dict[str, bytes]:
         "released": sorted(perception.released),
     }
     arrays = {f"layer_{name}": layer for name, layer in perception.grid.layers().items()}
-    arrays["looks"] = survey.coverage.looks
+    arrays["looks"] = survey.coverage.looks.copy()
     arrays["content"] = np.frombuffer(json.dumps(content).encode(), np.uint8)
-    return {KEYFRAMES: pack_archive(map_arrays(known, perception.camera)), SURVEY: pack_archive(arrays)}
+    return Learned(known, perception.camera, arrays)
 
 
 def can_go_on_from(folder: Path) -> bool:
@@ -91,7 +106,7 @@ def load_run(folder: Path, mission: Mission, camera: CameraModel) -> FormerRun:
     arrays = read_archive(path, WHAT)
     try:
         content = json.loads(arrays["content"].tobytes())
-        if content["version"] != VERSION:
+        if content["version"] not in READABLE:
             raise BadInput(f"{path}: survey of version {content['version']}; this rover reads version {VERSION}")
         width, height = (float(side) for side in content["area"])
         if (width, height) != (mission.area.width, mission.area.height):

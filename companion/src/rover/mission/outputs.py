@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rover.mapping.map_server import map_files
-from rover.mission.former_run import pack_run
+from rover.mission.former_run import learned
 from rover.mission.run_folder import JUDGEMENTS, RUN_FILES
 from rover.mission.survey import Survey
 from rover.mission.track import Track
@@ -29,7 +29,8 @@ def write_outputs(
     """
     out = Path(result.out)
     # What a next run goes on from comes first: the report can be made again, the drive cannot.
-    lost = [write_or_tell(out / name, content) for name, content in pack_run(survey).items()]
+    known = learned(survey)
+    lost = [write_or_tell(out / name, content) for name, content in (known.packed() if known else {}).items()]
     lost += [write_or_tell(out / name, content) for name, content in map_files(survey.perception.grid, "map").items()]
     lost += [write_or_tell(out / "trajectory.tum", tum_lines(track.fused).encode()), *write_run(result, out, pdf)]
     lost += _seal(out, key)

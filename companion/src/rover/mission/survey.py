@@ -93,7 +93,7 @@ class Survey:
         self.holds = Holds()
         self._braked_for: Ending | None = None
         self.watch = Watch(mission.max_duration_s)
-        self.stops = Stops()
+        self.stops = Stops(float(self.coverage.wanted.sum()) * perception.grid.resolution**2)
         # A survey of this field at another hour, and what both say together once this one is over.
         self.earlier: EarlierVisit | None = None
         self.fused: Fused | None = None

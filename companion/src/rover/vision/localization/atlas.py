@@ -64,6 +64,8 @@ class Atlas:
         self.graph = SubmapGraph(start, sigma)
         self.submaps = [Submap(PoseFilter(start, EXACT, motion_sigma), KeyframeStore(camera, settings))]
         self.active = 0
+        # Of the submaps that the rover has not been in since they were last asked for.
+        self._records: dict[int, SubmapRecord] = {}
         # Grows with every move of submaps against each other.
         self.moves = 0
 
@@ -74,6 +76,7 @@ class Atlas:
 
     def begin(self) -> None:
         """A new submap where the rover is now."""
+        self._records.pop(self.active, None)
         before = self.here.filter
         fresh = PoseFilter(before.pose, EXACT, (0.0, 0.0))
         fresh.take_motion(before)
@@ -118,6 +121,7 @@ class Atlas:
         submaps are moved to where they fit best.
         """
         left, before = self.active, self.here.filter
+        self._records.pop(left, None)
         inside = self.submaps[number].filter
         if number != left:
             inside.take_motion(before)
@@ -164,10 +168,11 @@ class Atlas:
     @property
     def map(self) -> KeyframeMap:
         """All keyframes as they are believed to lie, for a next run."""
-        records = [
-            SubmapRecord(list(one.keyframes.frames), one.filter.keyframe_poses().copy(), one.filter.keyframe_covariance)
-            for one in self.submaps
-        ]
+        for number, one in enumerate(self.submaps):
+            if number == self.active or number not in self._records:
+                poses, covariance = one.filter.keyframe_poses().copy(), one.filter.keyframe_covariance
+                self._records[number] = SubmapRecord(list(one.keyframes.frames), poses, covariance)
+        records = [self._records[number] for number in range(len(self.submaps))]
         graph = self.graph
         return KeyframeMap(
             records, list(graph.poses), list(graph.edges), list(graph.ties), graph.launch, graph.sigma, self.active
@@ -181,7 +186,7 @@ class Atlas:
         self.graph.poses = list(known.submap_poses)
         self.graph.edges, self.graph.ties = list(known.edges), list(known.ties)
         self.graph.solve()
-        self.submaps = []
+        self.submaps, self._records = [], {}
         for record in known.submaps:
             estimate = PoseFilter(known.launch, nowhere, motion_sigma)
             estimate.add_known(record.poses, record.covariance)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import rover.mission.caution as caution_module
 from rover.geometry import Pose2
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.caution import BOLD, CAUTIOUS, SPOT_RADIUS, Caution
@@ -78,3 +79,32 @@ def test_what_is_looked_at_piece_by_piece_is_what_one_look_at_all_says_there(gri
     assert whole.likeness is not None
     assert piecewise.likeness is not None
     np.testing.assert_allclose(piecewise.likeness[60:90, 90:110], whole.likeness[60:90, 90:110], rtol=0.25, atol=0.3)
+
+
+def test_what_a_wheel_went_over_moves_with_its_ground(grid: SurveyGrid) -> None:
+    """A loop is closed: spot and track are 20 cm farther now, and the spot is still none."""
+    caution = Caution(grid, 1)
+    grid.integrate_sonar(Pose2(1.0, 1.0, 0.0), STANDARD.sonars[0], None)
+    caution.look(FAR)
+    caution.drive(Pose2(SPOT[0], SPOT[1] - 0.5 * STANDARD.track_width, 0.0), STANDARD)
+    warm = grid.temperature.copy()
+    grid.place([Pose2(0.2, 0.0, 0.0)], 0)
+    grid.temperature[:] = np.roll(warm, 10, axis=1)
+    grid.seen[:] = True
+    caution.look(FAR)
+    assert is_open(caution.keep_off(ground(grid), BOLD, FAR), SPOT[0] + 0.2, SPOT[1])
+    afresh = Caution(grid, 1)
+    afresh.look(FAR)
+    assert not is_open(afresh.keep_off(ground(grid), BOLD, FAR), SPOT[0] + 0.2, SPOT[1])
+
+
+def test_a_large_map_is_looked_at_some_rows_with_each_frame(grid: SurveyGrid, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a corner: nothing of it is in the window around the rover."""
+    monkeypatch.setattr(caution_module, "STRIP_CELLS", 100)
+    monkeypatch.setattr(caution_module, "WINDOW", 0.4)
+    caution = Caution(grid, 1)
+    looks = 0
+    while looks < 10 and is_open(caution.keep_off(ground(grid), BOLD, FAR), *SPOT):
+        caution.look(FAR)
+        looks += 1
+    assert 1 <= looks <= 4

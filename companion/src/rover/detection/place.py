@@ -40,7 +40,8 @@ class Anchor:
 
 @dataclass(eq=False)
 class Place:
-    """A place in map. p: probability per class; sigma_m: 1σ of the position along one axis; views: looks that found it.
+    """A place in map. p: probability per class; views: looks that found it. sigma_m: 1σ of the position along one axis,
+    among the ground around it.
 
     suspected: it may be a mine, keep away and look closer. indication: reported. earlier: what an earlier visit said
     of it, None where that has not reported it; nothing that a visit has reported is dropped. together: probability by

@@ -57,10 +57,6 @@ class Parallax:
 
     def __init__(self, resolution: float) -> None:
         self.resolution = resolution
-        self.restart()
-
-    def restart(self) -> None:
-        """The rover is in another submap, whose frame lies otherwise: nothing is known there yet."""
         self._window = Rectangle(0, 0, 0, 0)
         self._views = np.zeros((0, 0), np.uint16)
         self._mean = np.zeros((0, 0), np.float32)

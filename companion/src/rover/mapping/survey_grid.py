@@ -64,9 +64,16 @@ class SurveyGrid:
         self._pieces = [Piece()]
         self._active = 0
         self._now = 0
+        # Grows whenever ground that is shown has moved.
+        self.moves = 0
         self._view: CameraView | None = None
         # What has changed since somebody asked, by `changes`.
         self._changed: list[Rectangle] = []
+
+    @property
+    def active(self) -> int:
+        """Number of the submap that the rover is in."""
+        return self._active
 
     @property
     def pieces(self) -> list[Piece]:
@@ -100,6 +107,7 @@ class SurveyGrid:
         ]
         if not moved:
             return
+        self.moves += 1
         anew = np.zeros(self.shape, bool)
         for piece, pose in zip(self._pieces, poses, strict=True):
             if piece not in moved:

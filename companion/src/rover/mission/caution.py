@@ -33,6 +33,8 @@ SPOT_RADIUS = 0.045
 UNDER = 0.08
 # Half the side of the window that is looked at anew with every frame, metres: what a frame shows, and the ring around.
 WINDOW = 1.7
+# Cells that are looked at with one frame where all of the map is to be: 10 ms.
+STRIP_CELLS = 60_000
 
 # What is left out around an obstacle: a cell.
 EDGE = np.ones((3, 3), np.uint8)
@@ -46,27 +48,49 @@ class Caution:
         self._grid = grid
         self._sign = sign
         self._driven = np.zeros(grid.shape, np.uint8)
+        # Where wheels have stood, cells of every submap's lattice: what they went over moves with it.
+        self._tracks: dict[int, set[tuple[int, int]]] = {}
+        self._moves = grid.moves
+        # Rows of the map that are still to be looked at.
+        self._waiting: list[slice] = []
         self._spots = np.zeros(grid.shape, np.float32)  # likeness where it peaks, else 0
         self.likeness: NDArray[np.float32] | None = None
 
     def look(self, pose: Pose2) -> None:
-        """Looks anew at the mosaic around the rover; the first time at all of it: an earlier run may have made it."""
+        """Looks anew at the mosaic around the rover.
+
+        At first, for an earlier run may have made it, and whenever ground has moved in map all of it is looked at, some
+        rows with each frame.
+        """
         size, (rows, columns) = self._grid.resolution, self._grid.shape
-        if self.likeness is None:
-            self.likeness = likeness(self._plain(np.s_[:, :]), size, self._sign)
-            self._find(slice(0, rows), slice(0, columns))
-            return
+        if self.likeness is None or self._grid.moves != self._moves:
+            self._begin_anew()
         reach, row, column = math.ceil(WINDOW / size), int(pose.y / size), int(pose.x / size)
         window = (
             slice(max(row - reach, 0), min(row + reach, rows)),
             slice(max(column - reach, 0), min(column + reach, columns)),
         )
-        self.likeness[window] = likeness(self._plain(window), size, self._sign)
-        self._find(*window)
+        self._look_at(window)
+        if self._waiting:
+            self._look_at((self._waiting.pop(), slice(0, columns)))
 
-    def forget(self) -> None:
-        """The ground has moved in map: all of it is looked at anew."""
-        self.likeness = None
+    def _begin_anew(self) -> None:
+        self._moves = self._grid.moves
+        if self.likeness is None:
+            self.likeness = np.zeros(self._grid.shape, np.float32)
+        rows, columns = self._grid.shape
+        step = max(STRIP_CELLS // columns, 2 * math.ceil(WINDOW / self._grid.resolution))
+        self._waiting = [slice(top, min(top + step, rows)) for top in range(0, rows, step)]
+        self._driven[:] = 0
+        for number, cells in self._tracks.items():
+            centres = (np.array(sorted(cells)) + 0.5) * self._grid.resolution
+            for x, y in self._grid.pieces[number].pose.transform(centres).tolist():
+                self._mark(x, y)
+
+    def _look_at(self, window: tuple[slice, slice]) -> None:
+        assert self.likeness is not None
+        self.likeness[window] = likeness(self._plain(window), self._grid.resolution, self._sign)
+        self._find(*window)
 
     def _find(self, rows: slice, columns: slice) -> None:
         """The spots of a window; those outside are what they were."""
@@ -85,10 +109,20 @@ class Caution:
     def drive(self, pose: Pose2, vehicle: Vehicle) -> None:
         """Notes where the wheels stand: that ground bears."""
         size, half = self._grid.resolution, 0.5 * vehicle.track_width
-        for x, y in pose.transform(np.array([[0.0, half], [0.0, -half]])).tolist():
-            row, column = int(y / size), int(x / size)
-            if 0 <= row < self._grid.shape[0] and 0 <= column < self._grid.shape[1]:
-                self._driven[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] = 1
+        number = self._grid.active
+        own, wheels = self._grid.pieces[number].pose, np.array([[0.0, half], [0.0, -half]])
+        track = self._tracks.setdefault(number, set())
+        for inside in np.floor(pose.relative_to(own).transform(wheels) / size).astype(int).tolist():
+            cell = (inside[0], inside[1])
+            if cell not in track:
+                track.add(cell)
+                x, y = own.transform((np.array([cell]) + 0.5) * size)[0].tolist()
+                self._mark(x, y)
+
+    def _mark(self, x: float, y: float) -> None:
+        row, column = math.floor(y / self._grid.resolution), math.floor(x / self._grid.resolution)
+        if 0 <= row < self._grid.shape[0] and 0 <= column < self._grid.shape[1]:
+            self._driven[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] = 1
 
     def keep_off(self, space: FreeSpace, least: float, pose: Pose2) -> FreeSpace:
         """The map with every spot of at least this likeness forbidden, but for those that a wheel has gone over."""

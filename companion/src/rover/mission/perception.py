@@ -57,6 +57,8 @@ NEAR_OBSTACLE_M = 0.06
 TOUCH_SPEED = 0.1
 # The edge of a mine's warmth is steep: an error of the pose spreads there what is flat, metres from its middle.
 MINE_EDGE_M = 0.15
+# Submaps whose parallax is kept, beside that of the one that the rover is in: it goes to and fro between neighbours.
+PARALLAXES = 3
 # An inspection counts when the place was in view in this many frames of it.
 INSPECTION_VIEWS = 4
 
@@ -100,6 +102,8 @@ class Perception:
         self._time = 0.0
         self._shown = self._shown_before = 0  # frames that showed ground: the shutter open, the place known
         self._footprint = self.grid.view_polygon(camera)
+        # Of the submaps that the rover was in lately, the present one last.
+        self._parallaxes: dict[int, Parallax] = {}
         # How the submaps lay in map when they were looked at last, and in which of them the rover was.
         self._submaps = list(self.localizer.atlas.graph.poses)
         self._submap = self.localizer.atlas.active
@@ -169,6 +173,11 @@ class Perception:
         """Where no wheel goes: around what may be a mine, and on marker plates."""
         return self.keepout.active + self.markers.zones(self.localizer)
 
+    def map_sigma(self, place: Place) -> float:
+        """1σ of a place in map along one axis, metres: among the ground around it, and of that ground in map."""
+        spread = self.localizer.atlas.spread_of((place.x, place.y), place.submap)
+        return math.sqrt(place.sigma_m**2 + 0.5 * float(spread.trace()))
+
     @property
     def footprint(self) -> NDArray[np.float64]:
         """Ground that one frame shows, polygon (N, 2) in base_link."""
@@ -215,7 +224,7 @@ class Perception:
         image = self._rectifier.rectify(frame)
         detections = detect(image, self._classifier, DetectSettings())
         self.grid.integrate_frame(frame, self.camera, self.localizer.inside(pose), self.relative_sigma, detections)
-        self.evidence.update(detections, pose, self.localizer.covariance, frame.time, self._submap)
+        self.evidence.update(detections, pose, self.localizer.relative_covariance, frame.time, self._submap)
         here = self.pose
         reach = self.vehicle.wheel_reach + (BRAKING if self._moving else 0.0)
         self.keepout.update(self.avoided, now, (here.x, here.y), reach)
@@ -259,7 +268,11 @@ class Perception:
             former = self._shift or Pose2(0.0, 0.0, 0.0)
             self._shift = shifts[self._submap].compose(former)
         if atlas.active != self._submap:
-            self.parallax.restart()
+            self._parallaxes[self._submap] = self.parallax
+            fresh = Parallax(self.grid.resolution)
+            self.parallax = self._parallaxes.pop(atlas.active, fresh)
+            while len(self._parallaxes) > PARALLAXES:
+                del self._parallaxes[next(iter(self._parallaxes))]
         self._submaps, self._submap = list(poses), atlas.active
         self.grid.place(poses, atlas.active)
 

@@ -182,7 +182,6 @@ class Survey:
             shift = self.perception.shift()
             if shift is not None:
                 self.drive.move(shift)
-                self.caution.forget()
                 self._target = self._target and self._target.moved(shift)
         self.caution.drive(self.perception.pose, self.vehicle)
         if mapped:

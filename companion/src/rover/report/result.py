@@ -36,8 +36,9 @@ class DetectionResult:
     """An indication: something in the ground or on it that may be a mine.
 
     kind: "surface" or "buried". p: probability of that class. probabilities: of every class.
-    sigma: 1σ radius in metres. zone_radius: of the keep-out zone around it. inspected: looked at from an inspection
-    pose; why_not: the reason when it was not. thumbnail: kelvin (h, w) around the place, or None.
+    sigma: 1σ radius in metres of its place in map; relative_sigma: among the ground around it. zone_radius: of the
+    keep-out zone around it. inspected: looked at from an inspection pose; why_not: the reason when it was not.
+    thumbnail: kelvin (h, w) around the place, or None.
     """
 
     id: int
@@ -53,6 +54,7 @@ class DetectionResult:
     why_not: str = ""
     probabilities: dict[str, float] = field(default_factory=dict)
     thumbnail: NDArray[np.float32] | None = None
+    relative_sigma: float | None = None
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,7 @@ def detection_json(detection: DetectionResult) -> dict[str, Any]:
         "x": round(detection.x, 4),
         "y": round(detection.y, 4),
         "sigma_m": round(detection.sigma, 4),
+        "relative_sigma_m": _rounded(detection.relative_sigma, 4),
         "views": detection.views,
         "zone_radius_m": round(detection.zone_radius, 4),
         "first_seen_s": round(detection.first_seen, 3),

@@ -165,6 +165,17 @@ class Atlas:
         covariance = of_pose @ spread @ of_pose.T + of_key @ submap.filter.covariance_of(index) @ of_key.T
         return time, relative, covariance[:2, :2]
 
+    def spread_of(self, point: tuple[float, float], number: int) -> Array:
+        """Covariance (2, 2) in map of a point of the map that is held by a submap: of the submap, and of what lies in
+        it."""
+        base, submap = self.graph.poses[number], self.submaps[number]
+        x, y = base.inverse().transform(np.array([point]))[0].tolist()
+        own = np.zeros((3, 3))
+        if len(submap.keyframes):
+            poses = submap.filter.keyframe_poses()
+            own = submap.filter.covariance_of(int(np.hypot(poses[:, 0] - x, poses[:, 1] - y).argmin()))
+        return self.graph.lifted(number, Pose2(x, y, 0.0), own)[1][:2, :2]
+
     @property
     def map(self) -> KeyframeMap:
         """All keyframes as they are believed to lie, for a next run."""

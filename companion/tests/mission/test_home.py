@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from rover.geometry import Pose2
 from rover.link.words import MotorState, StopCause
+from rover.mission.config import Area, Launch
+from rover.mission.freespace import free_space
+from rover.mission.home import MAX_WAYS, WayHome
 from rover.mission.phase import Phase
 from rover.outcome import Outcome, RunStatus
+from rover.vehicle import STANDARD
 
 from companion.tests.mission.imagined_rover import Imagined, ImaginedRover, a_mission
 
@@ -127,3 +133,17 @@ def test_a_rover_that_never_left_is_at_home() -> None:
     rover = ImaginedRover(world=Imagined(sigma=5.0)).run(100.0)
     assert rover.survey.conclusion.home is not None
     assert rover.survey.conclusion.home.reached
+
+
+def test_a_rover_whose_way_home_is_blocked_again_and_again_looks_around_before_it_gives_up() -> None:
+    open_ground = np.ones((100, 100), bool)
+    launch, far = Launch(Pose2(0.5, 0.5, 0.0), 0.25), Pose2(1.6, 1.6, 0.0)
+    space = free_space(~open_ground, open_ground, 0.02, (), Area(2.0, 2.0, ()), launch, STANDARD)
+    way = WayHome(launch.pose, 1)
+    looks = 0
+    while not way.given_up:
+        looks += way.wants_look()
+        assert not way.wants_look(), "once"
+        assert way.path(space, far) is not None
+    assert looks >= 1
+    assert way.ways == MAX_WAYS

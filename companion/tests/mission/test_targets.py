@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rover.geometry import Pose2
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Area, Launch
-from rover.mission.freespace import FreeSpace, free_space
+from rover.mission.freespace import MARGIN, FreeSpace, free_space
 from rover.mission.goals import Goal
 from rover.mission.targets import (
     MAX_VIEWPOINTS,
@@ -21,6 +21,7 @@ from rover.mission.targets import (
     _way_out,
     candidates,
     decide,
+    tour_planner,
 )
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
@@ -28,6 +29,7 @@ from rover.vision.camera.file import load_camera
 RESOLUTION = 0.02
 HERE = Pose2(0.6, 0.6, 0.0)
 STANDOFF = 0.45
+RADIUS = Vehicle().radius + MARGIN
 FOOTPRINT = SurveyGrid(1.0, 1.0).view_polygon(load_camera("lepton-160"))
 WALL = tuple((1.2, y, 0.1) for y in np.arange(0.0, 2.5, 0.1))
 
@@ -78,7 +80,7 @@ def test_unseen_ground_offers_views_that_lie_apart_and_show_enough() -> None:
 
 def test_with_nothing_left_to_see_or_inspect_there_is_nowhere_to_go() -> None:
     assert options(ground(), []) == []
-    assert decide(ground(), HERE, [], seed=1) is None
+    assert decide(ground(), HERE, [], tour_planner(RADIUS, 1)) is None
 
 
 def test_what_lies_behind_a_wall_is_offered_to_nobody() -> None:
@@ -87,13 +89,16 @@ def test_what_lies_behind_a_wall_is_offered_to_nobody() -> None:
 
 def test_targets_that_cannot_be_reached_give_no_decision() -> None:
     beyond = [Target(Pose2(2.0, y, 0.0), None, 0.1) for y in (0.6, 2.0)]
-    assert decide(ground(*WALL), HERE, beyond, seed=1) is None
-    assert decide(ground((2.0, 2.0, 0.3)), HERE, [Target(Pose2(2.0, 2.0, 0.0), None, 0.1)], seed=1) is None
+    assert decide(ground(*WALL), HERE, beyond, tour_planner(RADIUS, 1)) is None
+    assert (
+        decide(ground((2.0, 2.0, 0.3)), HERE, [Target(Pose2(2.0, 2.0, 0.0), None, 0.1)], tour_planner(RADIUS, 1))
+        is None
+    )
 
 
 def test_the_reachable_target_is_taken_when_others_are_not() -> None:
     near, beyond = (Target(Pose2(x, 1.8, 0.0), None, 0.1) for x in (0.6, 2.0))
-    decision = decide(ground(*WALL), HERE, [beyond, near], seed=1)
+    decision = decide(ground(*WALL), HERE, [beyond, near], tour_planner(RADIUS, 1))
     assert decision is not None
     assert decision.target is near
     assert decision.tour == (near,)
@@ -102,7 +107,7 @@ def test_the_reachable_target_is_taken_when_others_are_not() -> None:
 def tour_around_a_rock(seed: int) -> tuple[FreeSpace, list[Target], Decision]:
     space = ground((1.2, 1.2, 0.25))
     targets = [Target(Pose2(x, y, 0.0), None, 0.1) for x, y in ((1.9, 1.9), (0.5, 1.9), (1.9, 0.5))]
-    decision = decide(space, HERE, targets, seed)
+    decision = decide(space, HERE, targets, tour_planner(RADIUS, seed))
     assert decision is not None
     return space, targets, decision
 
@@ -129,7 +134,7 @@ def test_the_same_map_pose_and_seed_give_the_same_decision() -> None:
 def test_a_rover_that_stands_a_little_too_near_to_something_may_leave() -> None:
     space = ground((0.6, 0.6 - 0.1 - space_radius() + 0.03, 0.1))
     target = Target(Pose2(0.6, 1.8, 0.0), None, 0.1)
-    decision = decide(space, HERE, [target], seed=1)
+    decision = decide(space, HERE, [target], tour_planner(RADIUS, 1))
     assert decision is not None
     assert decision.path[-1].tolist() == pytest.approx([0.6, 1.8])
 
@@ -149,3 +154,26 @@ def test_from_beside_an_obstacle_the_way_begins_on_the_ground_that_leads_somewhe
     assert _way_out(free, Pose2(1.5, 1.0, 0.0), RESOLUTION, (0.0, 0.0)) == (1.5, 1.0)
     far = Pose2(30.5 * RESOLUTION, 50.5 * RESOLUTION, 0.0)
     assert _way_out(free, far, RESOLUTION, (0.0, 0.0)) == (far.x, far.y)
+
+
+def test_a_mission_goes_on_from_the_tree_of_its_last_decision_and_stays_off_what_is_new() -> None:
+    planner = tour_planner(RADIUS, 1)
+    targets = [Target(Pose2(x, y, 0.0), None, 0.1) for x, y in ((2.0, 0.6), (2.0, 2.0), (0.6, 2.0))]
+    assert decide(ground(), HERE, targets, planner) is not None
+    for obstacle in ((1.3, 0.6, 0.15), (1.3, 1.3, 0.2), (2.0, 1.3, 0.15)):
+        space = ground(obstacle)
+        decision = decide(space, HERE, targets, planner)
+        assert decision is not None
+        assert planner.repair.kept > 0
+        assert space.is_clear(decision.path)
+        assert len(decision.tour) == 3
+
+
+def test_the_planner_of_a_mission_copes_with_a_map_that_begins_elsewhere() -> None:
+    """Near ground is looked at first, then all of it: rectangles of one map."""
+    planner, whole = tour_planner(RADIUS, 1), ground(*WALL[6:])
+    target = [Target(Pose2(0.9, 1.0, 0.0), None, 0.1)]
+    for space in (whole.around(np.array([[0.6, 0.6]]), 1.0), whole, whole.around(np.array([[0.9, 0.9]]), 0.8)):
+        decision = decide(space, HERE, target, planner)
+        assert decision is not None
+        assert space.is_clear(decision.path)

@@ -13,6 +13,7 @@ from rover.mission.caution import BOLD, CAUTIOUS, Caution
 from rover.mission.freespace import FreeSpace, Mask
 from rover.mission.goals import Goal
 from rover.mission.targets import Decision, candidates, decide
+from rover.planning.replanning import Planner
 
 # Half the side of the square that is looked at first, metres: what a decision costs does not grow with the field then,
 # and the rover finishes one corner before it drives to another.
@@ -36,7 +37,7 @@ def choose(
     unseen: Mask,
     footprint: NDArray[np.float64],
     standoff: float,
-    seed: int,
+    planner: Planner,
 ) -> Choice:
     """The next stretch; arguments as of `targets.candidates`."""
     near = space.around(np.array([[pose.x, pose.y]]), NEAR_M)
@@ -44,7 +45,7 @@ def choose(
         for part in (space,) if near is space else (near, space):
             careful = caution.keep_off(part, kept_off, pose)
             targets = candidates(careful, pose, goals, unseen, footprint, standoff)
-            decision = decide(careful, pose, targets, seed)
+            decision = decide(careful, pose, targets, planner)
             if decision is not None:
                 return Choice(decision, careful, kept_off)
     return Choice(None, space, BOLD)

@@ -17,6 +17,8 @@ from rover.planning.planner import plan
 AT_HOME_M = 0.15
 # Times that a way back is planned without coming nearer: it may be found blocked while it is driven.
 MAX_WAYS = 8
+# After so many of them in a row the rover looks around first: what one view has blocked another may free.
+WAYS_A_LOOK = 3
 # What the way keeps off obstacles beyond what must be, where there is room, metres: their edges come and go by a cell.
 ROOM_M = (0.04, 0.0)
 # Less than this is not nearer, metres.
@@ -41,6 +43,7 @@ class WayHome:
         self._seed = seed
         self.ways = 0
         self._fruitless = 0
+        self._looked_after = 0
         self._nearest_m = float("inf")
 
     def reached(self, pose: Pose2) -> bool:
@@ -56,11 +59,18 @@ class WayHome:
         """True when no further way is to be tried."""
         return self._fruitless >= MAX_WAYS
 
+    def wants_look(self) -> bool:
+        """True, once, when ways have been blocked so often that the rover is to look around before it tries again."""
+        due = self._fruitless > 0 and self._fruitless % WAYS_A_LOOK == 0 and self._looked_after != self._fruitless
+        if due:
+            self._looked_after = self._fruitless
+        return due
+
     def path(self, space: FreeSpace, pose: Pose2) -> NDArray[np.float64] | None:
         """A polyline (N, 2) over free ground to the launch, or to within AT_HOME_M of it; None when there is none."""
         distance = pose.distance(self._launch)
         if distance < self._nearest_m - MIN_NEARER_M:
-            self._fruitless, self._nearest_m = 0, distance
+            self._fruitless, self._looked_after, self._nearest_m = 0, 0, distance
         self.ways += 1
         self._fruitless += 1
         goals = [(self._launch.x, self._launch.y), *_around(self._launch)]

@@ -40,7 +40,7 @@ class KeptSpace:
 
     def __init__(self, grid: SurveyGrid, launch: Launch, vehicle: Vehicle) -> None:
         self._grid, self._launch, self._vehicle = grid, launch, vehicle
-        radius = vehicle.radius + MARGIN
+        radius = self.radius = vehicle.radius + MARGIN
         self._reach = math.ceil(radius / grid.resolution) + 1
         self._space = FreeSpace(
             np.ones(grid.shape, bool),

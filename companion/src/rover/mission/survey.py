@@ -44,7 +44,7 @@ from rover.mission.perception import Perception
 from rover.mission.phase import Event, Phase, transition
 from rover.mission.progress import Duty, Odometer, Progress
 from rover.mission.stops import Stops
-from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target
+from rover.mission.targets import MIN_GAIN, START_ESCAPE, Decision, Target, tour_planner
 from rover.mission.vigilance import heed, heed_faults, heed_gap
 from rover.mission.waiting import waiting_for
 from rover.mission.watch import Watch
@@ -85,7 +85,6 @@ class Survey:
         self.gauge = Gauge(vehicle.pack)
         # A person is there who is asked before power returns after a gap.
         self.attended = False
-        self._seed = seed
         self.since = 0.0  # when the present phase began, seconds
         self._turns_left = LOOK_TURNS
         self._target: Target | None = None
@@ -101,6 +100,7 @@ class Survey:
         self._desk = FaultDesk()
         self.odometer = Odometer(vehicle)
         self._space = KeptSpace(perception.grid, mission.launch, vehicle)
+        self._planner = tour_planner(self._space.radius, seed)
         self._progress = Progress()
 
     def abort(self, outcome: Outcome, home: bool = False) -> None:
@@ -299,6 +299,9 @@ class Survey:
             self.conclude(now)
         elif way.given_up:
             self.conclusion.stay(f"the way back was blocked {way.ways} times")
+        elif way.wants_look():
+            self.note(now, "the way back was blocked again: it looks around")
+            self._look_around(now)
         elif space is not None:
             for self._kept_off in (CAUTIOUS, BOLD):
                 careful = self.caution.keep_off(space, self._kept_off, pose)
@@ -320,9 +323,9 @@ class Survey:
     def _decide(self, now: float, space: FreeSpace) -> None:
         pose, pending = self.perception.pose, self.goals.pending
         self.decisions += 1
-        standoff, seed = self.mission.detector.standoff, self._seed + self.decisions
+        standoff = self.mission.detector.standoff
         unseen, footprint = self.coverage.unseen(), self.perception.footprint
-        choice = choose(space, self.caution, pose, pending, unseen, footprint, standoff, seed)
+        choice = choose(space, self.caution, pose, pending, unseen, footprint, standoff, self._planner)
         self.decision, self._kept_off = choice.decision, choice.kept_off
         if self.decision is None:
             self._decide_to_end(now)

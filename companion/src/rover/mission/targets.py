@@ -1,6 +1,7 @@
 """Where to go next: one tour by the multi-goal RRT over inspection poses and viewpoints, of which the first is driven.
 
-Pure: the same map, pose and seed give the same decision.
+The planner is the mission's: it goes on from the tree of the decision before, wherever the map has not cut it. The same
+maps, poses and seed in the same order give the same decisions.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from rover.mapping.rectangle import Rectangle
 from rover.mission.freespace import FreeSpace, Mask
 from rover.mission.goals import Goal
 from rover.planning.inspection import inspection_poses
-from rover.planning.planner import plan
+from rover.planning.replanning import Planner
 from rover.planning.viewpoints import Viewpoint, distance_field, viewpoints
 
 # A tour over more would look further ahead than the map stays true.
@@ -135,21 +136,19 @@ def _way_out(free: Mask, pose: Pose2, resolution: float, origin: tuple[float, fl
     )
 
 
-def decide(space: FreeSpace, pose: Pose2, targets: Sequence[Target], seed: int) -> Decision | None:
+def tour_planner(radius: float, seed: int) -> Planner:
+    """The planner of a whole mission, for a disc of `radius` metres."""
+    return Planner(
+        robot_radius=radius, seed=seed, any_order=True, start_recovery_m=START_ESCAPE, corner_cost_m=CORNER_COST
+    )
+
+
+def decide(space: FreeSpace, pose: Pose2, targets: Sequence[Target], planner: Planner) -> Decision | None:
     """The first stretch of a tour over the targets; None when none of them can be reached."""
     if not targets:
         return None
-    found = plan(
-        space.field(),
-        (pose.x, pose.y),
-        [(target.pose.x, target.pose.y) for target in targets],
-        robot_radius=space.radius,
-        seed=seed,
-        iterations=PLAN_ITERATIONS,
-        any_order=True,
-        start_recovery_m=START_ESCAPE,
-        corner_cost_m=CORNER_COST,
-    )
+    places = [(target.pose.x, target.pose.y) for target in targets]
+    found = planner.plan(space.field(), (pose.x, pose.y), places, iterations=PLAN_ITERATIONS)
     if not found.order:
         return None
     tour = tuple(targets[index] for index in found.order)

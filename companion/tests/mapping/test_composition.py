@@ -184,3 +184,25 @@ def test_known_cells_that_do_not_fit_are_refused() -> None:
         SurveyGrid(3.0, 3.0).restore({**layers, "0_known": layers["0_known"][:-1]}, [HOME])
     with pytest.raises(ValueError, match="thermal"):
         SurveyGrid(3.0, 3.0).restore({**layers, "0_thermal": layers["0_thermal"][:-1]}, [HOME])
+
+
+def test_where_much_has_moved_the_ground_around_the_rover_comes_first_and_the_rest_with_the_next_frames() -> None:
+    rng = np.random.default_rng(10)
+    grid = SurveyGrid(14.0, 14.0)
+    poses = [HOME] * 9
+    for number in range(9):
+        grid.place(poses, number)
+        for _ in range(4):
+            pose, what = event(rng)
+            take(grid, Pose2(pose.x + 4.5 * (number % 3), pose.y + 4.5 * (number // 3), pose.heading), what)
+    grid.place([Pose2(0.05, 0.03, 0.0)] * 9, 0)
+    whole = anew(grid)
+    near = np.s_[:150, :150]
+    np.testing.assert_array_equal(grid.seen[near], whole.seen[near])
+    assert (grid.seen != whole.seen).any()
+    for _ in range(40):
+        take(grid, Pose2(1.0, 1.0, 0.0), frame(0.6, 0.0, contrast=0.0))
+    same(grid, anew(grid))
+    grid.place([Pose2(0.09, 0.0, 0.01)] * 9, 0)
+    grid.settle()
+    same(grid, anew(grid))

@@ -73,9 +73,7 @@ class Rectangle:
         """The smallest one that holds its cells after a move by `pose`, and those that share a corner with them."""
         if self.empty:
             return self
-        corners = np.array(
-            [(x, y) for x in (self.left, self.right) for y in (self.top, self.bottom)], dtype=np.float64
-        )
+        corners = np.array([(x, y) for x in (self.left, self.right) for y in (self.top, self.bottom)], dtype=np.float64)
         low, high = (edge(pose.transform(corners * resolution) / resolution, axis=0) for edge in (np.min, np.max))
         left, top = np.floor(low).astype(int).tolist()
         right, bottom = np.ceil(high).astype(int).tolist()

@@ -3,8 +3,8 @@
 Every submap keeps rasters of its own, in its own frame (`local_grid`). A cell of the map shows the submap that has
 learned of that ground last; a submap that comes to ground which another one knows better takes that over first. So
 nothing is averaged over submaps that do not lie exactly as they are believed to, and when they move against each other
-the map is only put together anew, where they moved by more than a part of a cell. Until then, and wherever a frame
-changes something, only the cells around the change are looked at.
+the map is only put together anew, where they moved by more than a part of a cell: around the rover at once, elsewhere
+in a large field some tiles with each frame. Wherever a frame changes something, only the cells around are looked at.
 
 Row 0 lies at y = 0, column 0 at x = 0 of map.
 """
@@ -40,6 +40,10 @@ BEYOND_M = 0.6
 # A submap is put into the map anew when a corner of what it has learned has moved by this share of a cell.
 MOVED_CELLS = 0.25
 
+# Cells that are put together anew at once, wherever they lie; beyond that so many tiles with each frame, 10 ms each.
+AT_ONCE = 100_000
+TILES_A_FRAME = 3
+TILE = (64, 256)
 NOBODY = np.iinfo(np.uint16).max
 
 
@@ -67,6 +71,8 @@ class SurveyGrid:
         # Grows whenever ground that is shown has moved.
         self.moves = 0
         self._view: CameraView | None = None
+        # Of the map, still to be put together anew.
+        self._waiting: list[Rectangle] = []
         # What has changed since somebody asked, by `changes`.
         self._changed: list[Rectangle] = []
 
@@ -117,7 +123,24 @@ class SurveyGrid:
                 if not where.empty:
                     anew[where.slices(self.area)] = True
             piece.pose = pose
-        self._compose(_strips(anew))
+        for where in self._waiting:
+            anew[where.slices(self.area)] = True
+        tiles = _tiles(anew)
+        if sum(tile.shape[0] * tile.shape[1] for tile in tiles) > AT_ONCE:
+            own = self._pieces[active]
+            near = own.window.moved(own.pose, self.resolution)
+            self._waiting = [tile for tile in tiles if tile.within(near).empty]
+            tiles = [tile for tile in tiles if not tile.within(near).empty]
+        else:
+            self._waiting = []
+        self._compose(tiles)
+
+    def settle(self, most: int | None = None) -> None:
+        """Puts together what still waits for it; `most`: so many tiles, all when left out."""
+        count = len(self._waiting) if most is None else most
+        tiles, self._waiting = self._waiting[:count], self._waiting[count:]
+        if tiles:
+            self._compose(tiles)
 
     def integrate_frame(
         self, frame: Frame, camera: CameraModel, pose: Pose2, sigma: float, detections: Sequence[ClassifiedSpot]
@@ -126,6 +149,7 @@ class SurveyGrid:
 
         sigma: 1σ of the position among the ground around, metres.
         """
+        self.settle(TILES_A_FRAME)
         if self._view is None or self._view.camera is not camera:
             self._view = CameraView(camera, 0.75 * self.resolution)
         look = look_at(frame, self._view, pose, self.resolution, self._limits, detections)
@@ -298,12 +322,18 @@ def _cells_seen_from(
     return (np.clip(rows, 0, max(height - 1, 0)), np.clip(columns, 0, max(width - 1, 0))), inside
 
 
-def _strips(mask: NDArray[np.bool_]) -> list[Rectangle]:
-    """Rectangles that together hold all cells of a mask, each of at most 64 rows."""
+def _tiles(mask: NDArray[np.bool_]) -> list[Rectangle]:
+    """Rectangles that together hold all cells of a mask, none of them larger than TILE."""
     found = []
-    for top in range(0, mask.shape[0], 64):
-        strip = mask[top : top + 64]
-        columns = np.flatnonzero(strip.any(axis=0))
-        if len(columns):
-            found.append(Rectangle(top, int(columns[0]), top + len(strip), int(columns[-1]) + 1))
+    height, width = TILE
+    for top in range(0, mask.shape[0], height):
+        for left in range(0, mask.shape[1], width):
+            part = mask[top : top + height, left : left + width]
+            rows, columns = np.flatnonzero(part.any(axis=1)), np.flatnonzero(part.any(axis=0))
+            if len(rows):
+                found.append(
+                    Rectangle(
+                        top + int(rows[0]), left + int(columns[0]), top + int(rows[-1]) + 1, left + int(columns[-1]) + 1
+                    )
+                )
     return found

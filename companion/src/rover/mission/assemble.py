@@ -68,6 +68,7 @@ def assemble(
     assert survey.outcome is not None
     perception = survey.perception
     grid = perception.grid
+    grid.settle()
     area = survey.mission.area
     start = track.start
     shown = survey.coverage.wanted & ~survey.coverage.unshown()

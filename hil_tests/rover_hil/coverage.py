@@ -46,10 +46,12 @@ def judge_coverage(mission: Mission, ground: Ground, seen: Mask) -> dict[str, An
 def visible_ground(
     mission: Mission, shape: tuple[int, int], obstacles: Mask, mines: Sequence[tuple[float, float]]
 ) -> Mask:
-    """Cells (rows, columns) of the area to survey that a careful rover can bring into view."""
+    """Cells (rows, columns) of the area to survey that a careful rover, which spares plates, can bring into view."""
     vehicle, launch = mission.rover.vehicle, mission.launch
     core = core_radius(mission.detector.keepout_radius, vehicle)
     blocked = obstacles | _discs(shape, [(x, y, core) for x, y in mines])
+    off_plates = core_radius(mission.plates.radius, vehicle)
+    blocked |= _discs(shape, [(x, y, off_plates) for x, y in mission.plates.places])
     blocked |= ~entered(mission.area, launch, shape, CELL)
     reached = _reached(blocked, vehicle.radius + MARGIN, (launch.pose.x, launch.pose.y))
     found = visible_from(reached, obstacles, MAX_SEEN_RANGE, CELL)

@@ -119,7 +119,7 @@ def site_of(mission: Mission) -> Site:
         launch=(float(mission.launch.pose.x), float(mission.launch.pose.y)),
         goals=tuple((float(x), float(y)) for x, y in mission.goals),
         known=tuple((float(x), float(y), float(r)) for x, y, r in mission.area.obstacles),
-        bare=tuple((x, y, math.sqrt(0.5) * mission.plates.side) for x, y in mission.plates.places),
+        bare=tuple((x, y, mission.plates.radius) for x, y in mission.plates.places),
     )
 
 

@@ -114,6 +114,11 @@ class Plates:
     places: tuple[tuple[float, float], ...] = ()
     side: float = 0.20
 
+    @property
+    def radius(self) -> float:
+        """From the middle to a corner, metres: no wheel comes nearer to a plate that has been seen."""
+        return math.sqrt(0.5) * self.side
+
 
 @dataclass(frozen=True)
 class FieldSettings:

@@ -77,7 +77,7 @@ class Markers:
 
     def zones(self, localizer: Localizer) -> list[Zone]:
         """Where no wheel goes: the plates that have been seen, where the map has them now."""
-        graph, radius = localizer.atlas.graph, math.sqrt(0.5) * self._plates.side
+        graph, radius = localizer.atlas.graph, self._plates.radius
         zones = []
         for number, place in enumerate(self._plates.places):
             ties = [tie for tie in graph.ties if tie.known == place]

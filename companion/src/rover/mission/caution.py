@@ -36,7 +36,7 @@ WINDOW = 1.7
 # Cells that are looked at with one frame where all of the map is to be: 10 ms.
 STRIP_CELLS = 60_000
 
-# What is left out around an obstacle: a cell.
+# What is left out around an obstacle, and counts as driven around a wheel: a cell.
 EDGE = np.ones((3, 3), np.uint8)
 
 
@@ -83,9 +83,12 @@ class Caution:
         self._waiting = [slice(top, min(top + step, rows)) for top in range(0, rows, step)]
         self._driven[:] = 0
         for number, cells in self._tracks.items():
-            centres = (np.array(sorted(cells)) + 0.5) * self._grid.resolution
-            for x, y in self._grid.pieces[number].pose.transform(centres).tolist():
-                self._mark(x, y)
+            centres = (np.array(list(cells)) + 0.5) * self._grid.resolution
+            places = self._grid.pieces[number].pose.transform(centres) / self._grid.resolution
+            across, up = np.floor(places).astype(np.intp).T
+            inside = (up >= 0) & (up < rows) & (across >= 0) & (across < columns)
+            self._driven[up[inside], across[inside]] = 1
+        self._driven = np.asarray(cv2.dilate(self._driven, EDGE), np.uint8)
 
     def _look_at(self, window: tuple[slice, slice]) -> None:
         assert self.likeness is not None

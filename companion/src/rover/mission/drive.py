@@ -14,7 +14,9 @@ from rover.geometry import Pose2
 from rover.mission.freespace import FreeSpace
 from rover.motion.following.committed import CommittedMotion
 from rover.motion.following.follower import PathFollower, SpeedLimit
+from rover.motion.following.sent import broken
 from rover.motion.path.clearance import ClearanceMap
+from rover.motion.path.limits import DrivingLimits
 from rover.motion.segment import Segment
 from rover.vehicle import Limits, Vehicle
 
@@ -32,6 +34,8 @@ AT_HOME = Pose2(0.0, 0.0, 0.0)
 # Share of the speed that is left to a rover that something makes careful.
 SLOW = 0.5
 
+NOT_FREE = "the way ahead is no longer free"
+
 # Legs of a path nearer to each other than this can't be told apart by the pose, metres.
 SAME_PLACE = 0.03
 
@@ -48,7 +52,10 @@ class Drive:
         self._slowed_by: set[str] = set()
         self._follower = PathFollower(vehicle, travel, speed_limit=speed_limit)
         self._path: NDArray[np.float64] = np.empty((0, 2))
+        self._allowed = DrivingLimits.of(vehicle)
         self.blocked = False
+        # What has blocked it.
+        self.why = NOT_FREE
         self._escape_left = 0.0
         self._last: tuple[float, float] | None = None
         # Where the map of when the path was planned lies in the map of now: the path moves with its ground.
@@ -149,7 +156,7 @@ class Drive:
         ahead = skip(remaining(self.path, pose), max(self._escape_left, 0.0))
         if space.is_clear(ahead):
             return False
-        self.blocked = True
+        self.blocked, self.why = True, NOT_FREE
         self.stop()
         return not (forbidden or space).is_clear(cut(ahead, COMMITTED_REACH))
 
@@ -157,6 +164,11 @@ class Drive:
         """Segments to send now, and when a run that begins with them starts."""
         inside = pose if self._moved == AT_HOME else pose.relative_to(self._moved)
         segments = self._follower.next_segments(now, inside, self.committed)
+        wrong = broken(self.committed.end_state, segments, self._allowed)
+        if wrong:
+            self.blocked, self.why = True, f"motion was not sent, its {wrong}"
+            self.stop()
+            segments = self._follower.next_segments(now, inside, self.committed)
         if not segments:
             return [], None
         start = max(now + START_LEAD, self.committed.end_time) if segments[0].begin else None

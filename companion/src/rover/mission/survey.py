@@ -358,7 +358,7 @@ class Survey:
     def _arrive(self, now: float) -> None:
         assert self._target is not None
         if self.drive.blocked:
-            self.note(now, "the way ahead is no longer free: planning anew")
+            self.note(now, f"{self.drive.why}: planning anew")
             self.happen(Event.BLOCKED, now)
         elif self._target.goal is not None:
             self.perception.count_views(self._target.goal)

@@ -24,10 +24,10 @@ def test_every_hour_is_warned_of_exactly_where_the_contrast_is_small_and_the_nam
     for minutes in range(0, 1440, 10):
         hour = minutes / 60.0
         said = warning(hour)
-        assert bool(said) == (abs(typical(hour)[1]) < HARDLY_K)
+        assert bool(said) == (abs(typical(hour)[2]) < HARDLY_K)
         if said:
             named = said.partition("hour is ")[2][:5]
-            assert abs(typical(int(named[:2]) + int(named[3:]) / 60.0)[1]) >= GOOD_K
+            assert abs(typical(int(named[:2]) + int(named[3:]) / 60.0)[2]) >= GOOD_K
 
 
 def test_the_day_ends_as_it_begins() -> None:

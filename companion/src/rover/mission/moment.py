@@ -5,7 +5,7 @@ Messages are lines of JSON with `kind`; each is whole in itself, so that any may
 state     how the mission is doing, the firmware, the goals, places and zones, the path ahead, the last events
 map       rasters of the map as PNG (base64): temperature in false colours, seen ground, obstacles; row 0 at the top
 picture   the last thermal picture as PNG, with the candidates that it shows
-track     the way driven so far
+track     the way driven so far, as often as the map
 """
 
 from __future__ import annotations
@@ -106,11 +106,9 @@ def moment_of(survey: Survey, told: Mapping[str, Any], track: Track, frame: Fram
 
 def messages(moment: Moment) -> dict[str, bytes]:
     """The lines by kind."""
-    told: dict[str, Any] = {
-        "state": dict(moment.state),
-        "track": {"points": [[round(value, 3) for value in point] for point in moment.track]},
-    }
+    told: dict[str, Any] = {"state": dict(moment.state)}
     if moment.layers is not None:
+        told["track"] = {"points": [[round(value, 3) for value in point] for point in moment.track]}
         told["map"] = map_message(moment.layers)
     if moment.frame is not None:
         told["picture"] = picture_message(moment.frame, moment.frame_pose, moment.camera, moment.places)

@@ -107,6 +107,7 @@ setup-pdf: setup $(VENV)/.pdf
 setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules $(AXE)/node_modules
 
 test: setup-dev firmware test-rust test-python
+	PYTHON='$(CURDIR)/$(BIN)/python' firmware/reproducible.sh
 
 test-rust: setup
 	$(CARGO) test --release --locked --quiet $(HOST_CRATES)

@@ -44,11 +44,10 @@ find_toolchain() {
     fi
 }
 
-# Where the sources and the crates lie goes into no binary. The same bytes from another folder it does not give: cargo
-# names the crates beside pico's own workspace by their whole path, and their order in flash follows their names.
+# Where the sources and the crates lie goes into no binary.
 same_paths() {
-    top=$(cd "$1" && git rev-parse --show-toplevel 2>/dev/null) || top=$(cd "$1/../.." && pwd)
-    echo "--remap-path-prefix=$top=/rover --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo"
+    top=$(cd "$1/../.." && pwd -P)
+    echo "--remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo --remap-path-prefix=$top=/rover"
 }
 
 # thumb_cargo FOLDER SUBCOMMAND [CARGO OPTIONS]
@@ -57,16 +56,19 @@ thumb_cargo() {
     subcommand=$2
     shift 2
     find_toolchain || return 1
-    flags="${RUSTFLAGS:-} $(same_paths "$crate")"
-    if [ "$toolchain" = rustup ]; then
-        (cd "$crate" && RUSTFLAGS=$flags cargo "$subcommand" --release --locked --target "$target" "$@")
-    else
-        variable=CARGO_TARGET_$(echo "$target" | tr 'a-z.-' 'A-Z__')_LINKER
-        (
-            export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 "$variable=$linker"
-            cd "$crate" && RUSTFLAGS=$flags /usr/bin/cargo "$subcommand" --release --locked -Zbuild-std=core --target "$target" "$@"
-        )
-    fi
+    (
+        RUSTFLAGS="${RUSTFLAGS:-} $(same_paths "$crate")"
+        RUSTC_WRAPPER=$(cd "$crate/.." && pwd)/rustc.sh
+        export RUSTFLAGS RUSTC_WRAPPER
+        cd "$crate" || exit 1
+        if [ "$toolchain" = rustup ]; then
+            cargo "$subcommand" --release --locked --target "$target" "$@"
+        else
+            export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1
+            export "CARGO_TARGET_$(echo "$target" | tr 'a-z.-' 'A-Z__')_LINKER=$linker"
+            /usr/bin/cargo "$subcommand" --release --locked -Zbuild-std=core --target "$target" "$@"
+        fi
+    )
 }
 
 thumb_build() {

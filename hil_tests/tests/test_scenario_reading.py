@@ -171,3 +171,10 @@ def test_what_a_whole_mission_cannot_have_is_one_line(tmp_path: Path, before: st
 def test_a_mission_that_is_not_there_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"none\.toml"):
         play(read(tmp_path, HEAD + '[drive]\nmission = "none.toml"\n' + EXPECT + END), "sitl")
+
+
+@pytest.mark.parametrize("value", [-1, 256, 99_999_999])
+def test_a_raw_value_that_does_not_fit_its_field_is_said_before_anything_runs(value: int, tmp_path: Path) -> None:
+    sent = f'\n[[inject]]\nfault = "send"\nmessage = ["KeepAlive"]\nvalues = {{ counter = {value} }}\nat_s = 0.5\n'
+    with pytest.raises(BadInput, match="does not fit 8 bits"):
+        read(tmp_path, HEAD + DRIVE + sent + EXPECT + END)

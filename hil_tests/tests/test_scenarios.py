@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from rover.errors import PreflightFailed
+from rover_hil.scenario.catalogue import FAULTS
 from rover_hil.scenario.library import shipped
 from rover_hil.scenario.reading import load_scenario
 from rover_hil.scenario.runner import play
@@ -76,3 +77,8 @@ def test_the_same_scenario_gives_the_same_run() -> None:
         pytest.skip(str(missing))
     assert first.track.events == second.track.events
     assert first.track.moments == second.track.moments
+
+
+def test_every_fault_is_driven_by_a_scenario_that_ships() -> None:
+    driven = {injection.fault for file in FILES for injection in load_scenario(file).injections}
+    assert driven == set(FAULTS)

@@ -210,6 +210,10 @@ def _check_message(table: Table, injection: Injection) -> None:
     for key in values:
         if key not in known:
             raise table.error(f"values.{key}", f"is no field of {message.name}; it has {', '.join(known)}")
+    try:
+        message.pack(**{name: values.get(name, 0) for name in known})
+    except ValueError as error:
+        raise table.error("values", str(error)) from None
 
 
 def _names(top: Table, injections: list[Injection]) -> list[str]:

@@ -4,6 +4,7 @@
 # make firmware    ELF and UF2 for both boards, and what the emulated board needs
 # make results     the figures in docs/results anew; make results-check compares the cheap ones
 # make console     the console's page anew, into what is served; takes Node. make setup-console: what serving it needs
+# make setup-campaign  what `rover campaign` needs
 # make setup-pdf   what `rover pdf` and `rover run --pdf` need
 # make docs        the API reference from the docstrings, in build/docs; needs no network
 # make train       the detector's networks anew, from a seed; without DATA=<dir> only the one for ground
@@ -47,7 +48,8 @@ install = $(PIP_INSTALL) $(if $(NEWEST),--upgrade -r requirements/$(1).in,--requ
 build_module = cd $(1) && VIRTUAL_ENV='$(CURDIR)/$(VENV)' '$(CURDIR)/$(BIN)/maturin' develop --release --locked --quiet
 
 .PHONY: setup setup-dev demo test test-quick test-rust test-python lint firmware bench mutate train features evaluate \
-	docs console setup-console setup-foxglove setup-pdf results results-check sbom audit lock prerequisites clean
+	docs console setup-console setup-foxglove setup-pdf setup-campaign results results-check sbom audit lock \
+	prerequisites clean
 
 setup: $(BIN)/rover target/.native
 
@@ -103,6 +105,13 @@ $(VENV)/.pdf: requirements/pdf.lock $(BIN)/rover
 	@touch $@
 
 setup-pdf: setup $(VENV)/.pdf
+
+$(VENV)/.campaign: requirements/campaign.lock $(BIN)/rover
+	@echo 'installing what rover campaign needs into $(VENV)'
+	@$(call quietly,$(call install,campaign))
+	@touch $@
+
+setup-campaign: setup $(VENV)/.campaign
 
 setup-dev: setup $(VENV)/.dev $(MICROPYTHON)/node_modules $(AXE)/node_modules
 
@@ -185,8 +194,9 @@ lock: $(BIN)/python
 	$(LOCK) requirements/console.in -c requirements/run.lock -o requirements/console.lock
 	$(LOCK) requirements/foxglove.in -c requirements/run.lock -o requirements/foxglove.lock
 	$(LOCK) requirements/pdf.in -c requirements/run.lock -o requirements/pdf.lock
+	$(LOCK) requirements/campaign.in -c requirements/run.lock -c requirements/console.lock -o requirements/campaign.lock
 	$(LOCK) requirements/dev.in -c requirements/run.lock -c requirements/emulator.lock -c requirements/console.lock \
-		-c requirements/pdf.lock -c requirements/foxglove.lock -o requirements/dev.lock
+		-c requirements/pdf.lock -c requirements/foxglove.lock -c requirements/campaign.lock -o requirements/dev.lock
 
 clean:
 	rm -rf $(VENV) target firmware/pico/target firmware/no_panic/target firmware/build build runs

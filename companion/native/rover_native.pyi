@@ -144,8 +144,10 @@ def bend_speeds(
     heading: tuple[float, float],
     former: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]] | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Speeds and accelerations (N + 1) at the nodes of N curves. `former`: most, share and speed at the nodes of the same
-    curves, to begin with."""
+    """Speeds and accelerations (N + 1) at the nodes of N curves.
+
+    `former`: most, share and speed at the nodes of the same curves, to begin with.
+    """
 
 AveragedAxis = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]
@@ -214,4 +216,4 @@ def way_beside(
     starts: NDArray[np.int64],
     legs: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """(M - 1,) metres, no less than the distance from the way between M points to the legs that its piece runs along."""
+    """(M - 1,) metres, no less than the distance from the way between M points to the legs of its piece."""

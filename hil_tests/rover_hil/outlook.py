@@ -32,6 +32,18 @@ BETWEEN_VISITS_K = 0.1
 SEEN_K = 1.2
 MAX_DEPTHS = 12
 
+EXAMPLE = """\
+# Where and when a survey is planned, for `rover when`.
+
+[site]
+soil = "loam"              # dry-sand, loam, clay or moist-clay
+latitude_deg = 45.0        # north
+date = "2026-06-21"
+cloud = 0.1                # share of the sky that is covered
+air_c = [13.0, 27.0]       # lowest and highest of the day
+depths_cm = [0, 1, 2, 5, 7]
+"""
+
 
 @dataclass(frozen=True)
 class Site:
@@ -56,6 +68,11 @@ class Outlook:
         """Whether a mine at each depth is expected to be seen at each hour (depths, nt)."""
         return np.abs(self.contrast) >= SEEN_K
 
+    def deepest(self) -> int:
+        """Index of the deepest depth that is seen at any hour; the shallowest where none is."""
+        seen = [index for index, row in enumerate(self.seen()) if row.any()]
+        return max(seen, default=0, key=lambda index: self.site.depths[index])
+
     def best_hour(self, depth: int) -> int:
         """Index of the hour at which the mine stands out most."""
         return int(np.argmax(self.single[depth]))
@@ -64,6 +81,11 @@ class Outlook:
         """Indices of the two hours, the earlier first, that together show the mine best."""
         pairs = combinations(range(len(self.hour)), 2)
         return max(pairs, key=lambda pair: float(self.pair[depth, pair[0], pair[1]]))
+
+
+def on_day(site: Site, day: datetime.date) -> Site:
+    """The same site on another day."""
+    return replace(site, season=replace(site.season, day_of_year=day.timetuple().tm_yday))
 
 
 def read_site(path: Path) -> Site:
@@ -80,19 +102,11 @@ def read_site(path: Path) -> Site:
         air_mean=273.15 + (low + high) / 2.0,
         air_amplitude=(high - low) / 2.0,
         latitude_deg=table.number("latitude_deg", -66.0, 66.0),
-        day_of_year=_day(table),
+        day_of_year=table.date("date").timetuple().tm_yday,
         cloud=table.number("cloud", 0.0, 1.0, 0.0),
     )
     soil = table.choice("soil", tuple(SOILS))
     return Site(soil, tuple(sorted({depth / 100.0 for depth in depths})), season)
-
-
-def _day(table: Table) -> int:
-    text = table.text("date")
-    try:
-        return datetime.date.fromisoformat(text).timetuple().tm_yday
-    except ValueError as error:
-        raise table.error("date", f'"{text}" is not a date like "2026-06-21"') from error
 
 
 def outlook(site: Site) -> Outlook:

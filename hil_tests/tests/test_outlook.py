@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rover.cli.main import invoke
 from rover.errors import BadInput
 from rover_hil.commands.when import spans, summary, text
 from rover_hil.ground.season import Season
-from rover_hil.outlook import Site, outlook, read_site
+from rover_hil.outlook import EXAMPLE, Site, outlook, read_site
 
 DAY = """[site]
 soil = "{soil}"
@@ -93,7 +94,7 @@ def test_the_command_s_answer_is_what_the_model_says(tmp_path: Path) -> None:
     [
         ({"soil": "mud"}, r"soil: .*mud.* is not one of dry-sand"),
         ({"latitude": 91.0}, r"latitude_deg: 91.* lies outside -66 to 66"),
-        ({"date": "21 June"}, r'date: "21 June" is not a date like'),
+        ({"date": "21 June"}, r"date: '21 June' is not a date like"),
         ({"more": "air_c = [20, 10]\n"}, r"air_c: 20 is the lowest"),
         ({"more": "depths_cm = []\n"}, r"depths_cm: 1 to 12 depths"),
         ({"more": "moon = 1\n"}, r"moon: unknown key"),
@@ -102,3 +103,16 @@ def test_the_command_s_answer_is_what_the_model_says(tmp_path: Path) -> None:
 def test_a_mistake_in_the_file_is_one_line(tmp_path: Path, change: dict[str, Any], told: str) -> None:
     with pytest.raises(BadInput, match=told):
         read_site(written(tmp_path, **change))
+
+
+def test_the_example_is_the_one_in_the_docs_and_another_day_gives_another_outlook(tmp_path, capfd):
+    shipped = Path(__file__).resolve().parents[2] / "docs" / "examples" / "site.toml"
+    assert shipped.read_text() == EXAMPLE
+    told = {}
+    for day in ("2026-06-21", "2026-12-21"):
+        assert invoke(["when", str(shipped), "--date", day, "--json"]) == 0
+        told[day] = json.loads(capfd.readouterr().out)
+    for document in told.values():
+        assert document["best"] in [hour["time"] for hour in document["hours"]]
+        assert document["best_pair"] == sorted(document["best_pair"])
+    assert told["2026-06-21"]["hours"] != told["2026-12-21"]["hours"]

@@ -65,7 +65,7 @@ def by_class(runs: list[Driven]) -> list[dict[str, Any]]:
 
 
 def _counted(by: str, what: str, hits: list[bool]) -> dict[str, Any]:
-    from tools.evaluate.figures import binomial_interval  # it needs scipy, which `rover` itself does without
+    from rover_hil.campaign.intervals import binomial_interval  # it needs scipy, which `rover` itself does without
 
     found, mines = sum(hits), len(hits)
     low, high = binomial_interval(found, mines)

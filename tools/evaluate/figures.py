@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from rover_hil.campaign.intervals import binomial_interval, poisson_interval
 
 # What the paper reports in its table 1: F1 of obstacle, surface and buried, per cent.
 PAPER_F1 = {"obstacle": 90.8, "surface": 87.2, "buried": 88.3}
@@ -25,13 +25,6 @@ def precision_recall(truth: NDArray[np.bool_], answer: NDArray[np.bool_]) -> tup
     return hits / max(float(answer.sum()), 1.0), hits / max(float(truth.sum()), 1.0)
 
 
-def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
-    """Exact 95 % interval of a share (Clopper and Pearson)."""
-    low = float(stats.beta.ppf(0.025, hits, trials - hits + 1)) if hits else 0.0
-    high = float(stats.beta.ppf(0.975, hits + 1, trials - hits)) if hits < trials else 1.0
-    return low, high
-
-
 def binomial(hits: int, trials: int) -> str:
     """Share with its exact 95 % interval."""
     if not trials:
@@ -42,9 +35,8 @@ def binomial(hits: int, trials: int) -> str:
 
 def poisson(events: int, exposure: float) -> str:
     """Rate with its exact 95 % interval (Garwood)."""
-    low = stats.chi2.ppf(0.025, 2 * events) / 2 if events else 0.0
-    high = stats.chi2.ppf(0.975, 2 * (events + 1)) / 2
-    return f"{events / exposure:.3f} [{low / exposure:.3f}, {high / exposure:.3f}]"
+    low, high = poisson_interval(events, exposure)
+    return f"{events / exposure:.3f} [{low:.3f}, {high:.3f}]"
 
 
 def number(value: float) -> str:

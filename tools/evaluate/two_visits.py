@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rover.detection.second_look import likeness, peaks, sign_at
 from rover.detection.two_visits import compare
+from rover_hil.campaign.intervals import binomial_interval
 from rover_hil.ground.heat import Case, simulate
 from rover_hil.ground.raster import Grid
 from rover_hil.ground.season import Season
@@ -24,7 +25,7 @@ from rover_hil.ground.soils import soil_named
 from rover_hil.ground.texture import SOIL_SCALES, sum_of_scales
 from rover_hil.outlook import ALBEDO, BETWEEN_VISITS_K, CONDUCTIVITY, HEAT_CAPACITY
 
-from tools.evaluate.figures import binomial_interval, table
+from tools.evaluate.figures import table
 
 SIDE_M, RESOLUTION = 4.0, 0.02
 DEPTHS = (0.01, 0.03, 0.05, 0.07)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rover.cli.output import write_json, write_text
+from rover.errors import BadInput
 
 if TYPE_CHECKING:
     from rover_hil.outlook import Outlook
@@ -21,18 +23,32 @@ is the mine's contrast in standard deviations of such ground. A model is no prom
 \b
 Examples:
   rover when docs/examples/site.toml
+  rover when docs/examples/site.toml --date 2026-10-01
+  rover when --example > site.toml
   rover when site.toml --json | jq '.hours[] | select(.seen_to_cm >= 2) | .hour'
 """
 
 
 def command(
-    site: Annotated[Path, typer.Argument(metavar="SITE.toml", help="Soil, latitude, date and weather.")],
+    site: Annotated[
+        Path | None, typer.Argument(metavar="SITE.toml", help="Soil, latitude, date and weather.")
+    ] = None,
+    date: Annotated[
+        datetime | None, typer.Option(formats=["%Y-%m-%d"], metavar="D", help="Another day than the file's.")
+    ] = None,
+    example: Annotated[bool, typer.Option("--example", help="Print a commented file that runs.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> int:
     """See HELP."""
-    from rover_hil.outlook import outlook, read_site
+    from rover_hil.outlook import EXAMPLE, on_day, outlook, read_site
 
-    told = summary(outlook(read_site(site)))
+    if example:
+        write_text(EXAMPLE.rstrip("\n"))
+        return 0
+    if site is None:
+        raise BadInput("name a site file, or give --example for one to begin with")
+    place = read_site(site)
+    told = summary(outlook(place if date is None else on_day(place, date.date())))
     if as_json:
         write_json(told)
     else:
@@ -52,8 +68,9 @@ def summary(day: Outlook) -> dict[str, Any]:
         contrast = {
             f"{depth:g}": round(float(k), 2) for depth, k in zip(centimetres, day.contrast[:, index], strict=True)
         }
-        hours.append({"hour": clock(hour), "contrast_k": contrast, "seen_to_cm": max(deepest, default=None)})
-    depths = []
+        at = {"time": clock(hour), "hour": clock(hour)}
+        hours.append({**at, "contrast_k": contrast, "seen_to_cm": max(deepest, default=None)})
+    depths: list[dict[str, Any]] = []
     for index, depth in enumerate(centimetres):
         best, pair = day.best_hour(index), day.best_pair(index)
         alone, together = float(day.single[index, best]), float(day.pair[index][pair])
@@ -71,7 +88,17 @@ def summary(day: Outlook) -> dict[str, Any]:
                 ],
             }
         )
-    return {"soil": day.site.soil, "seen_from_k": SEEN_K, "depths": depths, "hours": hours}
+    told = depths[day.deepest()]
+    return {
+        "soil": day.site.soil,
+        "seen_from_k": SEEN_K,
+        # For the deepest mines that are seen at all.
+        "for_depth_cm": told["depth_cm"],
+        "best": told["hour"],
+        "best_pair": told["two_hours"],
+        "depths": depths,
+        "hours": hours,
+    }
 
 
 def clock(hour: float) -> str:
@@ -101,4 +128,7 @@ def text(told: dict[str, Any]) -> str:
             f"twice at {first} and {second} (d' {row['two_hours_d_prime']:.1f}, {row['two_hours_gain']:.1f} times)",
             f"  seen: {spans(row['hours_seen'])}",
         ]
+    first, second = told["best_pair"]
+    depth = f"for mines {told['for_depth_cm']:g} cm deep"
+    lines.append(f"{depth}: once at {told['best']}, or twice at {first} and {second}")
     return "\n".join(lines)

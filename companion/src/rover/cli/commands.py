@@ -48,11 +48,12 @@ COMMANDS: Mapping[str, str] = {
     "flash": "Writes the firmware to the board and asks it for its self-test.",
     "doctor": "What is installed, what is connected.",
     "link": "Measures the link to the firmware.",
+    "campaign": "Many missions: how often something goes wrong, with its bounds.",
     "hil": "Fault scenarios on a rig, or a rig by itself.",
 }
 
 # Those that the simulated rigs bring, see `rover.plugins`.
-FROM_RIGS = ("recover", "replay", "when", "hil")
+FROM_RIGS = ("recover", "replay", "when", "campaign", "hil")
 
 CONTEXT: Mapping[str, Any] = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 

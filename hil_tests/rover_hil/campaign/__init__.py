@@ -1,0 +1,1 @@
+"""Many missions, drawn from stated distributions: how often something goes wrong, with its bounds."""

@@ -19,6 +19,9 @@ from rover.record.tum import read_tum
 from rover.vehicle import STANDARD
 from rover_hil.referee import FAIR_CONTRAST_K
 
+# No field is as large; a raster of the way is taken.
+FARTHEST_M = 100.0
+
 
 @dataclass(frozen=True)
 class Run:
@@ -42,10 +45,16 @@ def read_run(folder: Path) -> Run | None:
     try:
         summary = json.loads((folder / "summary.json").read_text())
         truth = json.loads((folder / "truth.json").read_text())
-    except (OSError, ValueError) as error:
+        poses = read_tum(folder / "truth.tum")
+        if not (np.abs(poses[:, 1:3]) < FARTHEST_M).all():
+            raise ValueError(f"truth.tum leaves the field by more than {FARTHEST_M:g} m")
+        run = Run(summary, truth, fresh_wheel_area(np.asarray(poses)[:, 1:4], STANDARD))
+        report([run])  # has everything in it that is counted
+    except (OSError, ValueError, IndexError, RecursionError) as error:
         raise BadInput(f"{folder}: {error}; run that seed again") from error
-    poses = read_tum(folder / "truth.tum")
-    return Run(summary, truth, fresh_wheel_area(np.asarray(poses)[:, 1:4], STANDARD))
+    except (KeyError, TypeError, AttributeError, ArithmeticError) as error:
+        raise BadInput(f"{folder}: damaged: {type(error).__name__} {error}; run that seed again") from error
+    return run
 
 
 def report(runs: list[Run]) -> str:
@@ -86,7 +95,8 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.bench campaign", description=__doc__)
     parser.add_argument("folder", type=Path)
     options = parser.parse_args(arguments)
-    folders = sorted(options.folder.glob("seed-*"), key=lambda folder: int(folder.name.removeprefix("seed-")))
+    named = [folder for folder in options.folder.glob("seed-*") if folder.name.removeprefix("seed-").isdigit()]
+    folders = sorted(named, key=lambda folder: int(folder.name.removeprefix("seed-")))
     if not folders:
         raise BadInput(f"{options.folder}: no seed-N in it; make some with python -m tools.bench missions --out")
     runs = {folder.name: read_run(folder) for folder in folders}

@@ -24,7 +24,18 @@ READERS = (
     ("track", "RUN/mission.mcap?count=5", "--camera", "lepton-160", "--map", "RUN"),
     ("capture", "RUN/mission.mcap", "--out", "OUT", "--count", "2"),
     ("tell", "RUN", "state"),
+    ("compare", "WHOLE", "RUN"),
+    ("compare", "RUN", "WHOLE", "--json"),
+    ("verify", "RUN"),
+    ("pdf", "RUN", "--out", "OUT.pdf"),
 )
+# What a command needs most, where it is not survey and keyframes.
+NEEDED = {
+    "verify": ["manifest.json"],
+    "pdf": ["summary.json", "report.html"],
+    "compare": ["summary.json", "survey.npz"],
+}
+SHORT = ("tell", "capture", "track", "compare", "verify", "pdf")
 
 
 def damaged_run(finished: Callable[[], Path], mission: Path) -> Callable[[Path, Random], Trial]:
@@ -36,15 +47,21 @@ def damaged_run(finished: Callable[[], Path], mission: Path) -> Callable[[Path, 
         reader = random.choice(READERS)
         names = sorted(path.name for path in copy.iterdir() if path.is_file())
         # Half of the time what the command needs most, else any of them.
-        liked = [LOG] if f"RUN/{LOG}" in " ".join(reader) or reader[0] == "recover" else ["survey.npz", "keyframes.npz"]
+        reads_log = f"RUN/{LOG}" in " ".join(reader) or reader[0] == "recover"
+        liked = [LOG] if reads_log else NEEDED.get(reader[0], ["survey.npz", "keyframes.npz"])
         name = random.choice(liked if random.random() < 0.6 else names)
         damage = random.choice(DAMAGES)
         file = copy / name
         before = file.read_bytes()
         file.write_bytes(damage(before, random))
-        stand_for = {"MISSION": str(mission), "OUT": str(folder / "out")}
+        stand_for = {
+            "MISSION": str(mission),
+            "OUT": str(folder / "out"),
+            "OUT.pdf": str(folder / "out.pdf"),
+            "WHOLE": str(finished()),
+        }
         words = [stand_for.get(word, word).replace("RUN", str(copy)) for word in reader]
-        limit = COMMAND_S if reader[0] in ("tell", "capture", "track") else MISSION_S
+        limit = COMMAND_S if reader[0] in SHORT else MISSION_S
         ended = run(*words, limit_s=limit, cwd=folder)
         result = Trial(f"rover {' '.join(reader)}, {damage.__name__} {name}", complaints(ended, limit, ARCHIVES_MB))
         if reader[0] == "recover" and ended.code == 0:

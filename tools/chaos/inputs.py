@@ -6,7 +6,9 @@ import shlex
 from pathlib import Path
 from random import Random
 
-from tools.chaos.command_lines import FRAME, LINES, WAY
+from rover.record.manifest import MANIFEST, manifest_bytes
+
+from tools.chaos.command_lines import FRAME, LINES, MISSION, WAY
 from tools.chaos.hostile import hostile_file
 from tools.chaos.process import run
 from tools.chaos.trial import COMMAND_S, PICTURES_MB, Trial
@@ -22,7 +24,16 @@ def hostile_input(folder: Path, random: Random) -> Trial:
     (folder / "path.json").write_bytes(WAY)
     it = folder / (random.choice(NAMES) + random.choice(line.suffixes))
     kind = hostile_file(it, random.choice(line.right), random)
-    stand_for = {"IT": str(it), "PICTURE": str(folder / "picture.png"), "PATH": str(folder / "path.json")}
+    a_run = folder / "run"
+    a_run.mkdir()
+    (a_run / MANIFEST).write_bytes(manifest_bytes(folder, ("picture.png", "path.json")))
+    stand_for = {
+        "IT": str(it),
+        "PICTURE": str(folder / "picture.png"),
+        "PATH": str(folder / "path.json"),
+        "MISSION": str(MISSION),
+        "RUN": str(a_run),
+    }
     words = [
         str(folder / f"out{word[3:]}") if word.startswith("OUT") else stand_for.get(word, word) for word in line.words
     ]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from random import Random
 
 import pytest
 from rover.errors import BadInput
 
 from tools.bench.campaign import main
+from tools.chaos.damage import DAMAGES
 
 
 def write(folder: Path, seed: int, collisions: int, over: bool, contrast: float = 0.96) -> None:
@@ -49,3 +51,20 @@ def test_a_mission_without_a_result_is_named_and_no_success(tmp_path: Path, caps
     assert "without a result: seed-2" in capsys.readouterr().out
     with pytest.raises(BadInput, match="no seed-N"):
         main([str(tmp_path / "seed-2")])
+
+
+@pytest.mark.parametrize("name", ["summary.json", "truth.json", "truth.tum"])
+def test_a_damaged_result_is_named_in_one_line(tmp_path: Path, name: str) -> None:
+    write(tmp_path, 1, 0, False)
+    file = tmp_path / "seed-1" / name
+    whole = file.read_bytes()
+    refused = []
+    for seed in range(15):
+        random = Random(f"{name}/{seed}")
+        file.write_bytes(random.choice(DAMAGES)(whole, random))
+        try:
+            main([str(tmp_path)])
+        except BadInput as error:
+            refused.append(str(error))
+    assert len(refused) >= 3
+    assert all("seed-1" in each and "\n" not in each for each in refused)

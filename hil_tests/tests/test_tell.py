@@ -111,6 +111,14 @@ def test_a_mission_is_paused_goes_on_leaves_a_goal_out_and_comes_home(mission: R
     assert (told["state"], told["mission"]["state"], told["board"]) == ("Armed", "paused", "Sitl")
     doctor = subprocess.run([ROVER, "doctor", "--port", port, "--json"], capture_output=True, text=True, timeout=60.0)
     assert "a mission drives it" in json.loads(doctor.stdout)["checks"][-1]["detail"]
+    monitor = [ROVER, "monitor", "--port", port, "--seconds", "3", "--json"]
+    moments = [json.loads(line) for line in subprocess.check_output(monitor, text=True, timeout=60.0).splitlines()]
+    assert len(moments) >= 2
+    assert {each["state"] for each in moments} == {"Armed"}
+    assert moments[-1]["time_s"] > moments[0]["time_s"] == 0.0
+    assert moments[0]["left_counts"] != 0
+    assert moments[-1]["left_counts"] == pytest.approx(moments[0]["left_counts"], abs=5)
+    assert moments[-1]["battery_v"] == pytest.approx(told["battery_v"], abs=0.5)
     for other in (["link", "bench", "--seconds", "1"], ["flash", "--file", str(firmware(mission.out))]):
         refused = subprocess.run([ROVER, *other, "--port", port], capture_output=True, text=True, timeout=60.0)
         assert refused.returncode == 3, refused.stderr

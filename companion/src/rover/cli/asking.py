@@ -5,6 +5,8 @@ A mission answers from what it has heard anyway: nothing goes over the wire, so 
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from rover.errors import BadInput, LinkLost
 from rover.link.baud import DEFAULT_BAUD
 from rover.link.claim import PortHeld
 from rover.link.firmware_document import firmware_document
+from rover.link.watching import Moment, from_dict, timed
 
 
 def ask_politely(port: str, baud: int = DEFAULT_BAUD) -> dict[str, Any]:
@@ -30,6 +33,32 @@ def ask_politely(port: str, baud: int = DEFAULT_BAUD) -> dict[str, Any]:
             raise
         return {**told, "port": port, "run": held.holder.run}
     return firmware_document(port, answer.identity, answer.state, answer.battery, answer.figures)
+
+
+def watch_mission(run: Path, period: float, seconds: float) -> Iterator[Moment]:
+    """What the mission in a run's folder hears from its rover, a moment every `period` seconds until it has ended.
+
+    Times are the mission's, from the first moment on. Raises LinkLost when it does not answer.
+    """
+    from rover.mission.ear import SOCKET
+    from rover.mission.ear import ask as ask_mission
+
+    begin = due = time.monotonic()
+    first: float | None = None
+    shown = Moment(0.0)
+    while time.monotonic() - begin < seconds:
+        try:
+            told = ask_mission(run, {"op": "status"})
+        except BadInput:
+            if (run / SOCKET).exists():
+                raise
+            return  # it has ended
+        moment = from_dict(told["measured"])
+        first = moment.time_s if first is None else first
+        shown = timed(moment, shown, moment.time_s - first, told.get("round_trip_ms"))
+        yield shown
+        due = max(due + period, time.monotonic())
+        time.sleep(max(0.0, due - time.monotonic()))
 
 
 def _of_mission(run: Path) -> dict[str, Any] | None:

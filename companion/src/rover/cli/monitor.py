@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,7 +23,7 @@ HELP = """Show what the firmware tells, live: counts, speeds, ranges, voltage, f
 
 Nothing moves. On a terminal a panel is redrawn ten times a second; elsewhere, and with --json, there is a line for
 each moment. --plot draws speeds, duties, ranges and voltage of the whole time as a PNG or SVG, or writes them as CSV.
-While a mission has the port, rover status asks the mission instead.
+While a mission drives the rover it is the mission that tells what it hears: nothing goes over the wire.
 
 \b
 Examples:
@@ -49,16 +50,13 @@ def command(
         raise BadInput(f"--plot {plot}: a file that ends in {', '.join(PLOTS)} is expected")
     if plot is not None and not plot.resolve().parent.is_dir():
         raise BadInput(f"--plot {plot}: no such folder")
-    from rover.link.watching import watch
-
     moments: list[Moment] = []
     show = _as_json if as_json else _panel() if sys.stdout.isatty() else _as_line
     try:
-        with connected(port, baud) as link:
-            for moment in watch(link, 1.0 / rate, math.inf if seconds is None else seconds):
-                show(moment)
-                if plot is not None:
-                    moments.append(moment)
+        for moment in _moments(port, baud, 1.0 / rate, math.inf if seconds is None else seconds):
+            show(moment)
+            if plot is not None:
+                moments.append(moment)
     except KeyboardInterrupt:  # how one ends it
         pass
     if plot is not None:
@@ -67,6 +65,20 @@ def command(
         write_plot(moments, plot)
         say(f"{len(moments)} moments in {plot}")
     return 0
+
+
+def _moments(port: str, baud: int, period: float, seconds: float) -> Iterator[Moment]:
+    from rover.cli.asking import watch_mission
+    from rover.link.claim import PortHeld
+    from rover.link.watching import watch
+
+    try:
+        with connected(port, baud) as link:
+            yield from watch(link, period, seconds)
+    except PortHeld as held:
+        if held.holder is None or not held.holder.run:
+            raise
+        yield from watch_mission(Path(held.holder.run), period, seconds)
 
 
 def _as_json(moment: Moment) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -94,7 +94,8 @@ def watch(link: Link, period: float, seconds: float) -> Iterator[Moment]:
             moment = with_event(moment, event)
         if now >= due:
             due = max(due + period, now)
-            moment = _timed(moment, shown, now - begin, link)
+            trips = link.round_trips
+            moment = timed(moment, shown, now - begin, trips[-1] * 1e3 if trips else None)
             shown = moment
             yield moment
         link.clock.advance(now + STEP_S)
@@ -136,15 +137,29 @@ def with_event(moment: Moment, event: Telemetry) -> Moment:
             return moment
 
 
-def _timed(moment: Moment, before: Moment, now: float, link: Link) -> Moment:
-    span = now - before.time_s
+def timed(moment: Moment, before: Moment, time: float, round_trip_ms: float | None) -> Moment:
+    """The moment at that time, with the wheels' rates since the one before."""
+    span = time - before.time_s
     rates: list[float | None] = []
     for name in ("left_counts", "right_counts"):
         there, then = getattr(moment, name), getattr(before, name)
         rates.append((there - then) / span if there is not None and then is not None and span > 0.0 else None)
-    trips = link.round_trips
-    trip = trips[-1] * 1e3 if trips else None
-    return replace(moment, time_s=now, left_counts_per_s=rates[0], right_counts_per_s=rates[1], round_trip_ms=trip)
+    return replace(
+        moment,
+        time_s=time,
+        left_counts_per_s=rates[0],
+        right_counts_per_s=rates[1],
+        round_trip_ms=round_trip_ms,
+    )
+
+
+def from_dict(told: Mapping[str, Any]) -> Moment:
+    """The opposite of `as_dict`, after JSON. Raises KeyError."""
+    values: dict[str, Any] = {}
+    for field in fields(Moment):
+        value = told[field.name]
+        values[field.name] = tuple(value) if isinstance(value, list) else value
+    return Moment(**values)
 
 
 def _number(value: float | None, form: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from rover.capture.frame import Frame
@@ -18,6 +18,8 @@ from rover.errors import BadInput, LinkLost, PreflightFailed, SafetyStop
 from rover.link.firmware_document import firmware_document, in_words
 from rover.link.rig import Rig
 from rover.link.session import Link
+from rover.link.watching import Moment as Measured
+from rover.link.watching import with_event
 from rover.mission.commands import Command, Word
 from rover.mission.ear import Ear
 from rover.mission.earlier_visit import fuse
@@ -124,6 +126,8 @@ class MissionLoop:
         self._decisions = 0
         self._obeyed = (False, False, False)
         self._frame: Frame | None = None
+        # For `rover monitor`: the survey knows nothing of it.
+        self._measured = Measured(0.0)
         self._places: list[dict[str, Any]] = []
 
     def drive(self) -> None:
@@ -186,6 +190,7 @@ class MissionLoop:
         frames = list(self.rig.frames)
         for event in telemetry:
             self.journal.telemetry(now, event)
+            self._measured = with_event(self._measured, event)
         for frame in frames:
             self.journal.frame(now, frame)
         self._obey_operator()
@@ -263,7 +268,8 @@ class MissionLoop:
         except BadInput as error:
             return {"ok": False, "error": str(error)}
         if word == "status":
-            return {"ok": True, **self._firmware(), "mission": self._told()}
+            measured = replace(self._measured, time_s=self.rig.now()).as_dict()
+            return {"ok": True, **self._firmware(), "mission": self._told(), "measured": measured}
         return {"ok": True, **self._told()}
 
     def _told(self) -> dict[str, Any]:

@@ -113,3 +113,10 @@ def test_what_only_both_together_report_gets_the_next_number() -> None:
     place = evidence.report(1.0, 2.0, 0.03, 60.0, 0, 0.75)
     assert (place.id, place.indication, place.reported_as) == (4, True, ("buried", 0.75))
     assert evidence.next_place == 5
+
+
+def test_a_kind_that_one_visit_was_sure_of_is_not_made_less_sure_by_the_other() -> None:
+    sure = {"obstacle": 0.0, "surface": 0.99, "buried": 0.005, "background": 0.005}
+    torn = {"obstacle": 0.0, "surface": 0.65, "buried": 0.349, "background": 0.001}
+    assert Place(1, 0.0, 0.0, 0.0, 0.0, p=torn, earlier=sure).reported_as == ("surface", 0.99)
+    assert Place(1, 0.0, 0.0, 0.0, 0.0, p=sure, earlier=torn).reported_as == ("surface", 0.99)

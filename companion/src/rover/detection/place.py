@@ -84,7 +84,7 @@ class Place:
     @property
     def reported_as(self) -> tuple[str, float]:
         """Kind and probability as reported: by this visit, an earlier one or both together, whichever is surest."""
-        best = max((self.p, self.earlier or self.p), key=lambda p: p["surface"] + p["buried"])
+        best = max((self.p, self.earlier or self.p), key=lambda p: max(p["surface"], p["buried"]))
         kind = "surface" if best["surface"] > best["buried"] else "buried"
         return kind, max(best[kind], self.together or 0.0)
 

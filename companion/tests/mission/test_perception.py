@@ -14,6 +14,7 @@ from rover.mission.perception import TOUCH_SPEED, Perception
 from rover.vehicle import Vehicle
 from rover.vision.camera.file import load_camera
 from rover.vision.localization.keyframes import Keyframe
+from rover.vision.localization.motion_model import ROBOT
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_how_far_the_launch_is_does_not_matter_to_whether_the_rover_may_drive(pe
     localizer.filter.add_keyframe(np.diag(np.square((0.002, 0.002, 0.004))))
     localizer.keyframes.add(Keyframe(np.zeros((1, 2)), np.zeros((1, 32), np.uint8), np.ones(1), 0.0))
     together = np.kron(np.ones((2, 2)), np.diag((0.09, 0.09, 0.0)))
-    of_both = np.ix_([0, 1, 2, 5, 6, 7], [0, 1, 2, 5, 6, 7])
+    of_both = np.ix_(*2 * ([0, 1, 2, ROBOT, ROBOT + 1, ROBOT + 2],))
     localizer.filter.covariance[of_both] += together
     localizer.predict(0.0, 0.0, 0.0)
     localizer.observe(Frame(np.full((120, 160), 30000, np.uint16), 0.0, 1))

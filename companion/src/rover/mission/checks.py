@@ -16,8 +16,11 @@ from rover.vision.localization.fix import Fix
 # Pictures over which refusals and residuals are judged: six seconds.
 FIXES = 50
 REFUSED_SHARE = 0.6
-# Residual that the registration has on ground that it knows is below one pixel.
-RESIDUAL_PX = 3.0
+# Residual that the registration has on ground that it knows is 0.7 px; beyond 2.5 px points are no inliers any more.
+RESIDUAL_PX = 1.3
+# How far the camera shows the ground off where it is, metres and standard deviations, from which its file is wrong.
+OFFSET_M = 0.008
+OFFSET_SIGMAS = 4.0
 # Cycles over which lateness is judged: ten seconds.
 CYCLES = 500
 LATE_S = 0.035
@@ -96,7 +99,10 @@ class Checks:
         refused = sum(not fix.accepted for fix in self._fixes)
         self._set(Check.FIXES_REFUSED, full and refused > REFUSED_SHARE * FIXES)
         good = [fix.residual_px for fix in self._fixes if fix.accepted and fix.inliers > 0]
-        self._set(Check.MOUNT_RESIDUAL, len(good) > 0.4 * FIXES and median(good) > RESIDUAL_PX)
+        fits_badly = len(good) > 0.4 * FIXES and median(good) > RESIDUAL_PX
+        last = self._fixes[-1]
+        sits_otherwise = last.offset > max(OFFSET_M, OFFSET_SIGMAS * last.offset_sigma)
+        self._set(Check.MOUNT_RESIDUAL, fits_badly or sits_otherwise)
 
     def _judge_wire(self, quality: LinkQuality) -> None:
         before = self._quality

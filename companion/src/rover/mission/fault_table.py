@@ -19,7 +19,7 @@ class Check(StrEnum):
 
     # More than half of the pictures of the last while do not fit the ground.
     FIXES_REFUSED = "FixesRefused"
-    # Pictures fit, but by several pixels less well than the camera's model promises.
+    # Pictures fit less well than the camera's model promises, or show the ground off where wheels in a turn say it is.
     MOUNT_RESIDUAL = "MountResidual"
     # More than half of the cycles begin late.
     LATE_CYCLES = "LateCycles"
@@ -97,7 +97,7 @@ FIRMWARE: dict[FaultCode, Row] = {
 
 CHECKS: dict[Check, Row] = {
     Check.FIXES_REFUSED: Row(GOES, SLOW, "most pictures do not fit the ground that the rover knows"),
-    Check.MOUNT_RESIDUAL: Row(GOES, NOTE, "pictures fit badly: the camera may sit otherwise than its file says"),
+    Check.MOUNT_RESIDUAL: Row(GOES, NOTE, "the camera sits otherwise than its file says, or its lens bends more"),
     Check.LATE_CYCLES: Row(GOES, SLOW, "most cycles begin late: the computer is too slow, or busy"),
     Check.WIRE_ERRORS: Row(GOES, SLOW, "the firmware cannot read much of what it is sent: look at the wire"),
     Check.CLOCK: Row(GOES, SLOW, "the clocks of firmware and companion do not agree"),

@@ -124,8 +124,11 @@ class Perception:
 
     @property
     def relative_sigma(self) -> float:
-        """1σ of the position among the ground that the rover sees, metres, along its worse axis."""
-        return _worse_axis(self.localizer.relative_covariance)
+        """1σ of the position among the ground that the rover sees, metres, along its worse axis.
+
+        Ground that was seen from another side is off by what is not known of the camera's mount, too.
+        """
+        return math.hypot(_worse_axis(self.localizer.relative_covariance), self.localizer.offset[1])
 
     @property
     def placed(self) -> bool:
@@ -204,11 +207,11 @@ class Perception:
     def see(self, frame: Frame, now: float) -> bool:
         """One frame: where was it taken, what does it show? True when the map has changed."""
         self.frames += 1
-        plates = self.markers.recognised(self.markers.find(frame), self.localizer.pose_at(frame.time), self.sigma)
+        plates = self.markers.recognised(self.markers.find(frame), self.localizer.view_at(frame.time), self.sigma)
         frame = without(frame, [spot for _, spot in plates])
         self.last_fix = self.localizer.observe(frame)
         if self.last_fix.accepted and self.placed:
-            self.markers.tie(plates, self.localizer.pose_at(frame.time), self.localizer)
+            self.markers.tie(plates, self.localizer.view_at(frame.time), self.localizer)
         self._follow_submaps()
         if self.last_fix.accepted:
             self.fixes += 1
@@ -217,7 +220,7 @@ class Perception:
         if frame.ffc or not self.placed:
             return False
         self._shown += 1
-        pose = self.localizer.pose_at(frame.time)
+        pose = self.localizer.view_at(frame.time)
         self._see_what_stands(frame, pose)
         if self.frames % MAP_EVERY:
             return False

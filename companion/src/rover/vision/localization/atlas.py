@@ -59,10 +59,12 @@ class Atlas:
         start: Pose2,
         sigma: tuple[float, float, float],
         motion_sigma: tuple[float, float],
+        mount_sigma: tuple[float, float] = (0.0, 0.0),
     ) -> None:
+        self._mount_sigma = mount_sigma
         self._camera, self._settings = camera, settings
         self.graph = SubmapGraph(start, sigma)
-        self.submaps = [Submap(PoseFilter(start, EXACT, motion_sigma), KeyframeStore(camera, settings))]
+        self.submaps = [Submap(PoseFilter(start, EXACT, motion_sigma, mount_sigma), KeyframeStore(camera, settings))]
         self.active = 0
         # Of the submaps that the rover has not been in since they were last asked for.
         self._records: dict[int, SubmapRecord] = {}
@@ -186,7 +188,14 @@ class Atlas:
         records = [self._records[number] for number in range(len(self.submaps))]
         graph = self.graph
         return KeyframeMap(
-            records, list(graph.poses), list(graph.edges), list(graph.ties), graph.launch, graph.sigma, self.active
+            records,
+            list(graph.poses),
+            list(graph.edges),
+            list(graph.ties),
+            graph.launch,
+            graph.sigma,
+            self.active,
+            self.here.filter.mount,
         )
 
     def restore(
@@ -199,7 +208,9 @@ class Atlas:
         self.graph.solve()
         self.submaps, self._records = [], {}
         for record in known.submaps:
-            estimate = PoseFilter(known.launch, nowhere, motion_sigma)
+            estimate = PoseFilter(known.launch, nowhere, motion_sigma, self._mount_sigma)
+            if known.mount is not None:
+                estimate.mount = known.mount
             estimate.add_known(record.poses, record.covariance)
             store = KeyframeStore(self._camera, self._settings)
             for frame in record.frames:

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Fix:
-    """What became of one frame. Pose in map (metres, radians) as the frame alone says; reason: why it was refused."""
+    """What became of one frame. Pose in map (metres, radians) as the frame alone says; reason: why it was refused.
+
+    offset: how far the camera is found to show the ground off where it is, metres, with the larger 1σ of that.
+    """
 
     time: float
     accepted: bool
@@ -21,3 +24,5 @@ class Fix:
     y: float = math.nan
     heading: float = math.nan
     keyframe: bool = False
+    offset: float = 0.0
+    offset_sigma: float = 0.0

@@ -30,6 +30,10 @@ VERSION = 2
 _SAME = 1e-9
 
 
+Mount = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""The camera's offset and stretch (3,) and their covariance (3, 3), see `pose_filter`."""
+
+
 @dataclass(frozen=True, eq=False)
 class SubmapRecord:
     """frames: K keyframes, oldest first. poses (K, 3): x, y (m), heading (rad) in the submap. covariance (3K, 3K)."""
@@ -43,7 +47,8 @@ class SubmapRecord:
 class KeyframeMap:
     """All submaps, what ties them to each other and to map, and the one that the rover was in at last.
 
-    launch, sigma: the rover's pose in map at the beginning, and its 1σ.
+    launch, sigma: the rover's pose in map at the beginning, and its 1σ. mount: how the camera was found to sit, None in
+    maps that do not tell.
     """
 
     submaps: list[SubmapRecord]
@@ -53,6 +58,7 @@ class KeyframeMap:
     launch: Pose2
     sigma: tuple[float, float, float]
     active: int
+    mount: Mount | None = None
 
     @property
     def frames(self) -> list[Keyframe]:
@@ -94,6 +100,7 @@ def _graph(known: KeyframeMap) -> dict[str, Any]:
         "launch": _row(known.launch),
         "sigma": known.sigma,
         "active": known.active,
+        "mount": None if known.mount is None else [part.tolist() for part in known.mount],
     }
 
 
@@ -173,7 +180,9 @@ def _with_graph(submaps: list[SubmapRecord], graph: dict[str, Any]) -> KeyframeM
     if len(poses) != len(submaps) or not min(x, y, heading) > 0.0:
         raise ValueError("graph")
     active = _number(graph["active"], poses)
-    return KeyframeMap(submaps, poses, edges, ties, _pose(graph["launch"]), (x, y, heading), active)
+    return KeyframeMap(
+        submaps, poses, edges, ties, _pose(graph["launch"]), (x, y, heading), active, _mount(graph.get("mount"))
+    )
 
 
 def _number(value: Any, poses: list[Pose2]) -> int:
@@ -210,3 +219,11 @@ def _differing(made_with: dict[str, Any], camera: CameraModel) -> list[str]:
         if former.shape != now.shape or not np.allclose(former, now, rtol=0.0, atol=_SAME):
             names.append(name)
     return names
+
+
+def _mount(told: Any) -> Mount | None:
+    """Absent in maps of earlier versions."""
+    if told is None:
+        return None
+    mean, covariance = told
+    return _finite(mean, (3,)), _finite(covariance, (3, 3))

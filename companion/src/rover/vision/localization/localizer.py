@@ -24,7 +24,7 @@ from rover.vision.localization.fix import Fix
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.keyframes import Keyframe, KeyframeStore
 from rover.vision.localization.motion_history import MotionHistory
-from rover.vision.localization.motion_model import advance, advance_freely
+from rover.vision.localization.motion_model import ROBOT, advance, advance_freely
 from rover.vision.localization.observation import Mark, Observation, Observer, no_mark
 from rover.vision.localization.placement import Placement, place, search_area
 from rover.vision.localization.pose_filter import Moved, PoseFilter, difference
@@ -50,7 +50,7 @@ class Localizer:
         self.settings = s = settings or LocalizerSettings()
         self.camera = camera
         self.odometry_only = start
-        self.atlas = Atlas(camera, s.keyframes, start, start_sigma, s.motion_sigma)
+        self.atlas = Atlas(camera, s.keyframes, start, start_sigma, s.motion_sigma, s.mount_sigma)
         self._history = MotionHistory()
         self._observer = Observer(camera, s.preprocess, s.features, s.keyframe_features)
         self._mark = mark
@@ -159,7 +159,7 @@ class Localizer:
     def pose_at(self, time: float) -> Pose2:
         """The pose at a time of the last two seconds; the newest for later ones, the oldest kept for earlier ones."""
         if time >= self._filter_time:
-            robot = self.filter.mean[:5]
+            robot = self.filter.mean[:ROBOT]
             if self.settings.motion == "frames" and math.isfinite(self._filter_time):
                 robot, _, _ = advance_freely(robot, time - self._filter_time, self.settings.free_noise)
             for travel in self._history.until(time):
@@ -173,6 +173,17 @@ class Localizer:
                 return _between(earlier[1], later[1], (time - at) / span if span > 0.0 else 0.0)
             later = earlier
         return later[1]
+
+    def view_at(self, time: float) -> Pose2:
+        """`pose_at`, shifted by the camera's offset: from there the ground lies where the picture shows it."""
+        ahead, left = self.filter.offset.tolist()
+        return self.pose_at(time).compose(Pose2(-ahead, -left, 0.0))
+
+    @property
+    def offset(self) -> tuple[float, float]:
+        """How far the camera shows the ground off where it is, metres, and the larger 1σ of that."""
+        spread = float(np.linalg.eigvalsh(self.filter.offset_covariance)[1])
+        return float(np.hypot(*self.filter.offset)), math.sqrt(max(spread, 0.0))
 
     def inside(self, pose: Pose2) -> Pose2:
         """A pose in map, in the frame of the submap that the rover is in."""
@@ -192,7 +203,8 @@ class Localizer:
         self._look_around()
         self._catch_up()
         self._mark("filter")
-        return fix
+        offset, spread = self.offset
+        return replace(fix, offset=offset, offset_sigma=spread)
 
     def _locate(self, time: float, seen: Observation) -> Fix:
         found = len(seen)
@@ -345,12 +357,12 @@ class Localizer:
         self._past.append((self._filter_time, self.atlas.active, self.filter.mean[:3].copy()))
         if self.settings.motion == "frames":
             if math.isfinite(self._filter_time):
-                self.filter.propagate(*advance_freely(self.filter.mean[:5], time - self._filter_time,
+                self.filter.propagate(*advance_freely(self.filter.mean[:ROBOT], time - self._filter_time,
                                                       self.settings.free_noise))  # fmt: skip
             self._filter_time = time
             return
-        robot = self.filter.mean[:5].copy()
-        jacobian, added = np.eye(5), np.zeros((5, 5))
+        robot = self.filter.mean[:ROBOT].copy()
+        jacobian, added = np.eye(ROBOT), np.zeros((ROBOT, ROBOT))
         for travel in self._history.take_until(time):
             if travel.left == 0.0 and travel.right == 0.0:
                 continue
@@ -376,7 +388,7 @@ class Localizer:
         self._near = near[int(np.argmin(spreads))]
 
     def _at_filter(self) -> Moved:
-        return Moved(self.filter.mean[:5].copy(), np.eye(5), np.zeros((5, 5)))
+        return Moved(self.filter.mean[:ROBOT].copy(), np.eye(ROBOT), np.zeros((ROBOT, ROBOT)))
 
     def _step_front(self, left: float, right: float) -> None:
         if left == 0.0 and right == 0.0:

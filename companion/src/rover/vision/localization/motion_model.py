@@ -1,6 +1,7 @@
 """How the rover moves between frames, and how wrong that may be: by its wheels, or freely without any.
 
-Both move the robot's part of the filter's state (`pose_filter`): x, y, heading and two numbers of motion.
+Both move the robot's part of the filter's state (`pose_filter`): x, y, heading and two numbers of motion. What
+follows there about the camera stays as it is.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-ROBOT = 5
+ROBOT = 8
+# Where the three numbers of how the camera sits begin.
+OFFSET = 5
 
 
 @dataclass(frozen=True)
@@ -36,16 +39,16 @@ class MotionNoise:
 def advance(
     robot: Array, left_m: float, right_m: float, track: float, noise: MotionNoise
 ) -> tuple[Array, Array, Array]:
-    """One wheel report: the new robot state (5,), its Jacobian (5, 5) and the added noise (5, 5).
+    """One wheel report: the new robot state (8,), its Jacobian (8, 8) and the added noise (8, 8).
 
     left_m, right_m: travel as the wheels report it; what is real is 1 - slip of it. Midpoint integration.
     """
-    x, y, heading, slip_left, slip_right = robot.tolist()
+    x, y, heading, slip_left, slip_right, *offset = robot.tolist()
     left, right = left_m * (1.0 - slip_left), right_m * (1.0 - slip_right)
     ahead, turn = 0.5 * (left + right), (right - left) / track
     middle = heading + 0.5 * turn
     c, s = math.cos(middle), math.sin(middle)
-    new = np.array([x + ahead * c, y + ahead * s, heading + turn, slip_left, slip_right])
+    new = np.array([x + ahead * c, y + ahead * s, heading + turn, slip_left, slip_right, *offset])
     # Columns: how a metre of the left and of the right wheel moves (x, y, heading).
     by_left = (0.5 * c + 0.5 * ahead * s / track, 0.5 * s - 0.5 * ahead * c / track, -1.0 / track)
     by_right = (0.5 * c - 0.5 * ahead * s / track, 0.5 * s + 0.5 * ahead * c / track, 1.0 / track)
@@ -83,21 +86,21 @@ class FreeMotionNoise:
 
 
 def advance_freely(robot: Array, elapsed: float, noise: FreeMotionNoise) -> tuple[Array, Array, Array]:
-    """`elapsed` seconds at steady speed and turn rate: new state (5,), Jacobian (5, 5), added noise (5, 5)."""
-    x, y, heading, speed, rate = robot.tolist()
+    """`elapsed` seconds at steady speed and turn rate: new state (8,), Jacobian (8, 8), added noise (8, 8)."""
+    x, y, heading, speed, rate, *offset = robot.tolist()
     ahead, turn = speed * elapsed, rate * elapsed
     middle = heading + 0.5 * turn
     c, s = math.cos(middle), math.sin(middle)
     left = math.exp(-elapsed / noise.fade)
-    new = np.array([x + ahead * c, y + ahead * s, heading + turn, left * speed, left * rate])
+    new = np.array([x + ahead * c, y + ahead * s, heading + turn, left * speed, left * rate, *offset])
     jacobian = np.eye(ROBOT)
     jacobian[0, 2], jacobian[1, 2] = -ahead * s, ahead * c
     jacobian[:2, 3] = elapsed * c, elapsed * s
     jacobian[:3, 4] = -0.5 * elapsed * ahead * s, 0.5 * elapsed * ahead * c, elapsed
     jacobian[3, 3] = jacobian[4, 4] = left
     half = 0.5 * elapsed * elapsed
-    by_acceleration = np.array([half * c, half * s, 0.0, elapsed, 0.0]) * noise.acceleration
-    by_turning = np.array([0.0, 0.0, half, 0.0, elapsed]) * noise.turn_acceleration
-    by_sliding = np.array([-s, c, 0.0, 0.0, 0.0]) * (noise.sideways * elapsed)
+    by_acceleration = np.array([half * c, half * s, 0.0, elapsed, 0.0, 0.0, 0.0, 0.0]) * noise.acceleration
+    by_turning = np.array([0.0, 0.0, half, 0.0, elapsed, 0.0, 0.0, 0.0]) * noise.turn_acceleration
+    by_sliding = np.array([-s, c, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) * (noise.sideways * elapsed)
     steer = np.array([by_acceleration, by_turning, by_sliding]).T
     return new, jacobian, steer @ steer.T

@@ -1,10 +1,15 @@
-"""The estimator: an extended Kalman filter over the rover, its wheels' slip, and the pose of every keyframe.
+"""The estimator: an extended Kalman filter over the rover, its wheels' slip, the camera's mount, and every keyframe.
 
-State: x, y, heading (map), two numbers of how the rover moves, then x, y, heading of each keyframe. With wheels the two
-are the slip of the left and the right one (share of the reported travel that is not real); without, they are speed
-and turn rate. Keyframes are clones of the pose that the rover had, with all correlations, so
-that a fix against a keyframe counts for what it is, a relative measurement, however often the keyframe is seen; a
-return to an old keyframe also mends the newer ones. (Stochastic cloning: Roumeliotis and Burdick, ICRA 2002.)
+State: x, y, heading (map), two numbers of how the rover moves, three of the camera, then x, y, heading of each
+keyframe. With wheels the two of motion are the slip of the left and the right one (share of the reported travel that is
+not real); without, they are speed and turn rate. The camera's are for one that sits otherwise than its file says: how
+far ahead and to the left of where it is it shows the ground (a degree of pitch: 2 cm), which a turn on the spot tells,
+in which the wheels say that the rover stays; and the share by which it shows ways too long (3 %), which straight ways
+tell as turns tell the slip.
+
+Keyframes are clones of the pose that the rover had, with all correlations, so that a fix against a keyframe counts for
+what it is, a relative measurement, however often the keyframe is seen; a return to an old keyframe also mends the newer
+ones. (Stochastic cloning: Roumeliotis and Burdick, ICRA 2002.)
 """
 
 from __future__ import annotations
@@ -16,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.geometry import Pose2, wrap_angle
-from rover.vision.localization.motion_model import ROBOT
+from rover.vision.localization.motion_model import OFFSET, ROBOT
 
 Array = NDArray[np.float64]
 
@@ -25,7 +30,7 @@ POSE = 3
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """The rover after some motion: robot (5,), the Jacobian (5, 5) of that motion and the noise (5, 5) it added."""
+    """The rover after some motion: robot (8,), the Jacobian (8, 8) of that motion and the noise (8, 8) it added."""
 
     robot: Array
     jacobian: Array
@@ -40,10 +45,16 @@ class PoseFilter:
     """Mean and covariance of robot and keyframes at one moment. Angles of the mean are not wrapped."""
 
     def __init__(
-        self, start: Pose2, start_sigma: tuple[float, float, float], motion_sigma: tuple[float, float]
+        self,
+        start: Pose2,
+        start_sigma: tuple[float, float, float],
+        motion_sigma: tuple[float, float],
+        mount_sigma: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        self.mean: Array = np.array([start.x, start.y, start.heading, 0.0, 0.0])
-        self.covariance: Array = np.diag(np.square([*start_sigma, *motion_sigma]))
+        """`mount_sigma`: of the camera's offset along either axis, metres, and of its stretch; 0: as its file says."""
+        offset, stretch = mount_sigma
+        self.mean: Array = np.array([start.x, start.y, start.heading, *(0.0,) * (ROBOT - POSE)])
+        self.covariance: Array = np.diag(np.square([*start_sigma, *motion_sigma, offset, offset, stretch]))
 
     @property
     def keyframes(self) -> int:
@@ -58,7 +69,7 @@ class PoseFilter:
 
     @property
     def robot_covariance(self) -> Array:
-        """(5, 5): x, y, heading, slips."""
+        """(8, 8): x, y, heading, slips, the camera's offset and stretch."""
         covariance: Array = self.covariance[:ROBOT, :ROBOT].copy()
         return covariance
 
@@ -66,6 +77,27 @@ class PoseFilter:
     def pose_covariance(self) -> Array:
         """(3, 3) of x, y, heading."""
         covariance: Array = self.covariance[:POSE, :POSE].copy()
+        return covariance
+
+    @property
+    def offset(self) -> Array:
+        """(2,): how far ahead and to the left the camera shows the ground of where it is, metres."""
+        offset: Array = self.mean[OFFSET : OFFSET + 2].copy()
+        return offset
+
+    @property
+    def mount(self) -> tuple[Array, Array]:
+        """Offset and stretch (3,), and their covariance (3, 3)."""
+        return self.mean[OFFSET:ROBOT].copy(), self.covariance[OFFSET:ROBOT, OFFSET:ROBOT].copy()
+
+    @mount.setter
+    def mount(self, known: tuple[Array, Array]) -> None:
+        self.mean[OFFSET:ROBOT], self.covariance[OFFSET:ROBOT, OFFSET:ROBOT] = known
+
+    @property
+    def offset_covariance(self) -> Array:
+        """(2, 2)."""
+        covariance: Array = self.covariance[OFFSET : OFFSET + 2, OFFSET : OFFSET + 2].copy()
         return covariance
 
     def covariance_of(self, index: int) -> Array:
@@ -91,7 +123,7 @@ class PoseFilter:
         return covariance
 
     def propagate(self, robot: Array, jacobian: Array, added: Array) -> None:
-        """The robot moves to `robot` (5,); `jacobian` and `added` (5, 5) as composed over all steps in between."""
+        """The robot moves to `robot` (5,); `jacobian` and `added` (8, 8) as composed over all steps in between."""
         self.mean[:ROBOT] = robot
         p = self.covariance
         p[:ROBOT, :ROBOT] = jacobian @ p[:ROBOT, :ROBOT] @ jacobian.T + added
@@ -121,10 +153,26 @@ class PoseFilter:
         self.mean, self.covariance = np.concatenate((self.mean, poses.ravel())), grown
 
     def expected_fix(self, index: int) -> tuple[Pose2, Array, Array]:
-        """The rover's pose in the frame of a keyframe: mean, covariance (3, 3), Jacobian (3, size of the state)."""
+        """The rover's pose in the frame of a keyframe, as the camera shows it: both pictures are off by its offset b,
+        each in its own axes, so that a turn by R between them looks like a shift of b - R b; ways are stretched.
+
+        Mean, covariance (3, 3), Jacobian (3, size of the state).
+        """
         at = ROBOT + POSE * index
         relative, of_rover, of_keyframe = relative_pose(self.pose, self.keyframe_pose(index))
         jacobian = np.zeros((POSE, len(self.mean)))
+        if self.covariance[OFFSET, OFFSET] > 0.0:
+            ahead, left = self.offset.tolist()
+            longer = 1.0 + float(self.mean[OFFSET + 2])
+            x, y, turn = relative.x, relative.y, relative.heading
+            c, s = math.cos(turn), math.sin(turn)
+            relative = Pose2(longer * x + ahead - c * ahead + s * left, longer * y + left - s * ahead - c * left, turn)
+            by_turn = np.array([s * ahead + c * left, s * left - c * ahead])
+            of_rover[:2] *= longer
+            of_keyframe[:2] *= longer
+            of_rover[:2, 2] += by_turn
+            of_keyframe[:2, 2] -= by_turn
+            jacobian[:2, OFFSET:ROBOT] = [[1.0 - c, s, x], [-s, 1.0 - c, y]]
         jacobian[:, :POSE] = of_rover
         jacobian[:, at : at + POSE] = of_keyframe
         return relative, jacobian @ self.covariance @ jacobian.T, jacobian
@@ -178,13 +226,13 @@ class PoseFilter:
 
     def stop(self, sigma: tuple[float, float]) -> None:
         """Forgets how the rover moves: both numbers 0, of these standard deviations."""
-        self.mean[POSE:ROBOT] = 0.0
-        self.covariance[POSE:ROBOT, :] = 0.0
-        self.covariance[:, POSE:ROBOT] = 0.0
-        self.covariance[POSE:ROBOT, POSE:ROBOT] = np.diag(np.square(sigma))
+        self.mean[POSE:OFFSET] = 0.0
+        self.covariance[POSE:OFFSET, :] = 0.0
+        self.covariance[:, POSE:OFFSET] = 0.0
+        self.covariance[POSE:OFFSET, POSE:OFFSET] = np.diag(np.square(sigma))
 
     def take_motion(self, other: PoseFilter) -> None:
-        """Takes over from the filter of another submap how the rover moves; nothing of where it is."""
+        """Takes over from the filter of another submap how the rover moves and how its camera sits; not where it is."""
         self.mean[POSE:ROBOT] = other.mean[POSE:ROBOT]
         self.covariance[POSE:ROBOT, :] = 0.0
         self.covariance[:, POSE:ROBOT] = 0.0

@@ -26,6 +26,8 @@ class LocalizerSettings:
     features, shared by all fixes against it; blur_alone: without wheels that hold keyframes together.
     doubt: the same, added for each frame that contradicts what is believed.
     lost_after: contradicting frames in a row after which the rover counts as lost.
+    mount: 1σ of the camera's offset along either axis of base_link, metres, and of the share by which it shows ways too
+    long: half a degree of pitch shifts ground by 1 cm and stretches ways by 1.4 %.
     rigid: 1σ of the rover's place in its submap, metres, up to which that may be taken for rigid; beyond it a new one
     begins.
     """
@@ -39,6 +41,7 @@ class LocalizerSettings:
     doubt: tuple[float, float, float] = (0.02, 0.02, 0.02)
     lost_after: int = 3
     rigid: float = 0.03
+    mount: tuple[float, float] = (0.012, 0.02)
     max_lag: float = 1.0
     preprocess: PreprocessSettings = field(default_factory=lambda: PreprocessSettings(gaussian_sigma=0.7))
     features: FeatureSettings = field(default_factory=lambda: FeatureSettings(count=160, levels=1, surplus=2))
@@ -48,6 +51,11 @@ class LocalizerSettings:
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     noise: MotionNoise = field(default_factory=MotionNoise)
     free_noise: FreeMotionNoise = field(default_factory=FreeMotionNoise)
+
+    @property
+    def mount_sigma(self) -> tuple[float, float]:
+        """1σ of the camera's offset and stretch; frames alone cannot tell them."""
+        return self.mount if self.motion == "wheels" else (0.0, 0.0)
 
     @property
     def motion_sigma(self) -> tuple[float, float]:

@@ -15,6 +15,7 @@ BENCHES = (
     "planner",
     "protocol",
     "trajectory",
+    "unfriendly",
     "vision",
     "worlds",
 )

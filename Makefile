@@ -36,7 +36,7 @@ RUST_SOURCES := $(shell find protocol/rust firmware/core firmware/sitl companion
 	-name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 # On every core: each begins with half of the files, or its share, and takes over from those that have more left.
 PYTEST = $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
-HOST_CRATES := $(addprefix -p ,rover-protocol rover-core rover-long-arithmetic rover-mcp2515 rover-sitl rover-update rover-native \
+HOST_CRATES := $(addprefix -p ,rover-protocol rover-core rover-long-arithmetic rover-lsm6dso rover-mcp2515 rover-sitl rover-update rover-native \
 	rover-plant)
 
 # $(call quietly,COMMAND): says what it printed only when it fails.

@@ -52,6 +52,7 @@ def plant_config(mission: Mission, ground: Ground, camera: CameraModel, seed: in
         **unevenness(world),
         "wiring": wiring_config(vehicle),
         "sonar": {"mounts": [[mount.x, mount.y, mount.yaw] for mount in vehicle.sonars]},
+        "inertial": {"fitted": mission.field.inertial_sensor},
         "camera": camera_config(camera, world, seed),
         "baud": mission.rover.baud,
         "footprint_radius": vehicle.radius,

@@ -47,10 +47,19 @@ class Desk:
                 self.say("KeepAlive", counter=self._counter)
             trigger = self.board.take_trigger()
             ping = None if trigger is None else (trigger, 5800)
-            self.board.apply(Request(self._now // CYCLES_PER_US, (0, 0), 7400, False, 0, ping), self._now)
+            self.board.apply(self.request(ping), self._now)
             self._now += TICK_CYCLES
             self.chip.run_until(self._now)
             self._take_bus()
+
+    @property
+    def milliseconds(self) -> int:
+        """Since the board was switched on."""
+        return self._now // TICK_CYCLES
+
+    def request(self, ping: tuple[int, int] | None) -> Request:
+        """The world of the next millisecond."""
+        return Request(self._now // CYCLES_PER_US, (0, 0), 7400, False, 0, ping)
 
     def say(self, name: str, **fields: int) -> None:
         """On the serial line."""

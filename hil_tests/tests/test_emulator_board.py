@@ -122,10 +122,10 @@ def test_edges_are_spread_inside_the_millisecond_and_change_one_pin_at_a_time() 
 
 
 def test_a_request_carries_the_ping_and_a_reply_has_its_bytes() -> None:
-    data = TickRequest(7, -1, 2, 0, 7400, NO_SENSOR, 1, 9, 2, 1, 5800).pack()
-    assert len(data) == 40
+    data = TickRequest(7, -1, 2, 0, 7400, NO_SENSOR, 1, 9, 2, 1, 1, 5800, 4, -5, 6, 7, -8, 9, -10).pack()
+    assert len(data) == TickRequest.SIZE
     request = Request.unpack(data)
-    assert request == Request(7, (-1, 2), 7400, True, 9, (1, 5800), True)
+    assert request == Request(7, (-1, 2), 7400, True, 9, (1, 5800), True, 1, (4, -5, 6), (7, -8, 9), -10)
     reply = Reply((-1.0, 1.0), True, False, True, None, 3).pack()
     assert reply == b"\x00\x80\xff\x7f\x05\xff\x00\x00\x03\x00\x00\x00\x00\x00\x00\x00"
 

@@ -33,8 +33,8 @@ def emulated() -> dict[int, str]:
     for side, encoder, motor in zip(("left", "right"), wiring.ENCODERS, wiring.MOTORS, strict=True):
         pins |= {encoder[0]: f"encoders.{side}_a", encoder[1]: f"encoders.{side}_b"}
         pins |= {motor[0]: f"motors.{side}_in1", motor[1]: f"motors.{side}_in2"}
-    for sensor, (trigger, echo) in zip(SENSORS, wiring.SONARS, strict=True):
-        pins |= {trigger: f"sonars.{sensor}.trigger", echo: f"sonars.{sensor}.echo"}
+    pins |= {pin: f"sonars.{sensor}" for sensor, pin in zip(SENSORS, wiring.SONARS, strict=True)}
+    pins |= {wiring.INERTIAL_DATA: "inertial.data", wiring.INERTIAL_CLOCK: "inertial.clock"}
     return pins
 
 

@@ -74,7 +74,7 @@ def test_the_session_is_what_the_codec_sends() -> None:
 def test_telemetry_periods_are_those_of_the_firmware() -> None:
     source = (CORE / "telemetry.rs").read_text(encoding="utf-8")
     periods = {name: f"{period} ms" for name, period in re.findall(r"entry\(m::(\w+)::ID, (\d+), \d+\)", source)}
-    assert len(periods) == 10
+    assert len(periods) == 12
     assert {row[0]: row[1] for row in rows("## Telemetry")} == {**periods, "Sonar": ""}
 
 

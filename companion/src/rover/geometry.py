@@ -50,3 +50,13 @@ class Pose2:
     def distance(self, other: Pose2) -> float:
         """Distance between the two positions in metres."""
         return math.hypot(self.x - other.x, self.y - other.y)
+
+
+def between(earlier: Pose2, later: Pose2, share: float) -> Pose2:
+    """The pose at a share of the way from one to the other, turning the shorter way."""
+    turn = wrap_angle(later.heading - earlier.heading)
+    return Pose2(
+        earlier.x + share * (later.x - earlier.x),
+        earlier.y + share * (later.y - earlier.y),
+        wrap_angle(earlier.heading + share * turn),
+    )

@@ -20,6 +20,8 @@ from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.checks import Checks
 from rover.mission.config import Mission, from_document
 from rover.mission.goals import Goal
+from rover.mission.handling import Handling
+from rover.mission.inertial import Inertial
 from rover.mission.keepout import KeepOut, Zone
 from rover.mission.orders import Orders
 from rover.mission.perception import PLACED_SIGMA, Perception
@@ -74,6 +76,8 @@ class ImaginedPerception:
         self.last_fix: Fix | None = None
         self.suspected: list[Any] = []
         self.footprint = VIEW
+        self.handling = Handling(STANDARD)
+        self.inertial = Inertial()
         self._views = 0
 
     @property
@@ -98,7 +102,9 @@ class ImaginedPerception:
     def speed_limit(self, x: float, y: float) -> float:
         return math.inf
 
-    def take(self, event: object) -> None:
+    def take(self, event: Telemetry) -> None:
+        self.handling.take(event)
+        self.inertial.take(event)
         if isinstance(event, Battery):
             self.battery = event
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from rover.link.words import StopCause
-from rover.mission.config import FULL_FIELD_M2
+from rover.mission.field import FULL_FIELD_M2
 from rover.mission.stops import MAX_REARMS, Stops
 from rover.outcome import RunStatus
 

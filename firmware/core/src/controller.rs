@@ -9,6 +9,7 @@ use crate::crash::{CrashEvent, CrashRecord};
 use crate::drive_check::{DriveCheck, Verdict};
 use crate::faults::Faults;
 use crate::indicator::indicate;
+use crate::inertial::Inertial;
 use crate::injection::Injection;
 use crate::io::{reset_cause, Identity, Inputs, Outputs, Reboot};
 use crate::link::{Link, OutgoingFrame, Wire, BEAT_US};
@@ -17,7 +18,6 @@ use crate::motion::{Motion, Progress, Reference};
 use crate::odometry::Odometry;
 use crate::parameters::Parameters;
 use crate::segment_inbox::SegmentInbox;
-use crate::sensor_loss::forbids_speed;
 use crate::settings::Settings;
 use crate::sonar::Sonar;
 use crate::storage::StorageOrder;
@@ -73,6 +73,7 @@ pub struct Core {
     pub(crate) waiting: Option<u16>,
     pub(crate) emergency_input: bool,
     pub(crate) bumper: Bumper,
+    pub(crate) inertial: Inertial,
     /// When State is due on a bus without a companion.
     pub(crate) beat_us: u64,
     /// An acknowledgement is owed to the companion.
@@ -142,6 +143,7 @@ impl Core {
             waiting: None,
             emergency_input: false,
             bumper: Bumper::default(),
+            inertial: Inertial::default(),
             beat_us: BEAT_US,
             status_due: false,
             reboot: None,
@@ -249,76 +251,6 @@ impl Core {
         self.settings.wiring.outputs(outputs)
     }
 
-    /// Measurements: battery, encoders, sonar. Returns the encoders' steps and the sensor to ping.
-    fn sense(&mut self, inputs: &Inputs) -> ([i32; 2], Option<u8>) {
-        let settings = &self.settings;
-        self.battery.tick(
-            self.now_us,
-            inputs.battery_mv,
-            settings.low_voltage_mv,
-            settings.low_voltage_delay_us,
-        );
-        let counts = [inputs.encoder_left, inputs.encoder_right];
-        let steps = self.odometry.update(counts, &settings.geometry);
-        for (wheel, way_nm) in self.wheels.iter_mut().zip(self.odometry.way_nm()) {
-            wheel.measure(way_nm);
-        }
-        let (trigger, ranging) = self.sonar.tick(
-            self.now_us,
-            inputs.sonar,
-            settings.sonar_slot_us,
-            settings.sound_speed,
-        );
-        if let Some(ranging) = ranging {
-            self.report_ranging(&ranging);
-        }
-        (steps, trigger)
-    }
-
-    /// Everything that may end a drive, apart from the drive itself.
-    fn watch(&mut self, inputs: &Inputs) {
-        self.emergency_input = inputs.emergency_stop;
-        if inputs.emergency_stop {
-            self.raise(Event::EmergencyInput, 0);
-        }
-        let travel = self.motion.reference().travel.velocity_micro();
-        self.bumper.sense(inputs.bumper, travel);
-        if self.bumper.is_touch() && self.supervisor.is_powered() {
-            self.raise(Event::Bumper, 0);
-            self.bumper.arrest(self.now_us);
-        }
-        let low = self.battery.is_low();
-        let voltage = u32::from(self.battery.voltage_mv());
-        self.faults.set(fault_code::LOW_BATTERY, low, voltage);
-        if low {
-            self.raise(Event::LowBattery, 0);
-        }
-        let lost = self.lost_sensors();
-        let first = lost.trailing_zeros() & 3;
-        self.faults.set(fault_code::SONAR_DEAD, lost != 0, first);
-        if !self.supervisor.accepts_motion() {
-            return;
-        }
-        if self.now_us.saturating_sub(self.fed_us) > self.settings.dead_man_us {
-            self.faults.raise(fault_code::DEAD_MAN, 0);
-            self.raise(Event::DeadMan, 0);
-        }
-        if self.supervisor.state() != State::Moving {
-            return;
-        }
-        let velocity = self.motion.reference().travel.velocity_above();
-        if let Some(sensor) = forbids_speed(lost, velocity) {
-            self.raise(Event::SensorLost, sensor);
-            return;
-        }
-        if let Some(sensor) = self.settings.guard.too_near(&self.sonar, velocity) {
-            let range = u32::from(self.sonar.range_mm(usize::from(sensor)));
-            let detail = range << 8 | u32::from(sensor);
-            self.faults.raise(fault_code::SONAR_GUARD, detail);
-            self.raise(Event::SonarGuard, sensor);
-        }
-    }
-
     /// Advance the reference to this tick and tell the supervisor what came of it.
     fn advance_motion(&mut self) {
         let progress = self.motion.advance(self.now_us);
@@ -335,11 +267,6 @@ impl Core {
             (State::Retiring | State::Stopping, Progress::Idle) => self.settle(),
             _ => {}
         }
-    }
-
-    /// A bit for each sensor that no longer answers and that driving needs.
-    pub(crate) fn lost_sensors(&self) -> u8 {
-        self.sonar.dead() & self.settings.sonars_needed
     }
 
     /// No wheel turns.

@@ -1,9 +1,9 @@
-//! What went wrong and how often: a bit and a counter for each fault of the DBC.
+//! What went wrong and how often: a bit and a counter for each fault of the DBC. State has room for the first sixteen.
 
 use rover_protocol::messages::{fault_code, Fault};
 
-/// Codes are 1 to 15; slot 0 is never used.
-const CODES: usize = 16;
+/// Codes are 1 to 16; slot 0 is never used.
+const CODES: usize = 17;
 /// Faults that stay active until the rover is armed again.
 const UNTIL_ARMED: [u8; 7] = [
     fault_code::DEAD_MAN,
@@ -26,9 +26,9 @@ struct Record {
 
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
-    active: u16,
+    active: u32,
     /// Changed since the last report.
-    fresh: u16,
+    fresh: u32,
     records: [Record; CODES],
 }
 
@@ -78,9 +78,9 @@ impl Faults {
         }
     }
 
-    /// Bit set of active faults, bit number = code.
+    /// Bit set of active faults with a code below 16, bit number = code.
     pub fn active(&self) -> u16 {
-        self.active
+        self.active as u16
     }
 
     /// The next report that is due, if any; it counts as sent.
@@ -107,8 +107,8 @@ impl Faults {
     }
 }
 
-fn bit(code: u8) -> u16 {
-    1_u16.checked_shl(u32::from(code)).unwrap_or(0)
+fn bit(code: u8) -> u32 {
+    1_u32.checked_shl(u32::from(code)).unwrap_or(0)
 }
 
 #[cfg(test)]

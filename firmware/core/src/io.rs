@@ -1,5 +1,6 @@
 //! What the core gets from its board every millisecond, and what it gives back.
 
+pub use crate::inertial::InertialSample;
 pub use crate::sonar::SonarEcho;
 pub use rover_protocol::messages::{
     hello_build_reset_cause as reset_cause, hello_reply_board as board,
@@ -33,6 +34,8 @@ pub struct Inputs {
     pub bumper: bool,
     /// A ranging that has ended since the last tick.
     pub sonar: Option<SonarEcho>,
+    /// What the inertial sensor has measured since the last tick, if there is one.
+    pub inertial: Option<InertialSample>,
 }
 
 /// What the board is to do until the next tick.

@@ -74,7 +74,7 @@ impl Core {
         self.link.send_routine(OutgoingFrame::of(&message));
     }
 
-    fn telemetry(&self, identifier: u16) -> Option<OutgoingFrame> {
+    fn telemetry(&mut self, identifier: u16) -> Option<OutgoingFrame> {
         Some(match identifier {
             m::State::ID => OutgoingFrame::of(&self.state_message()),
             m::MotionStatus::ID => OutgoingFrame::of(&self.motion_status()),
@@ -98,6 +98,25 @@ impl Core {
                 OutgoingFrame::of(&m::MotorDuty {
                     left: left.duty(),
                     right: right.duty(),
+                })
+            }
+            m::InertialHeading::ID if self.inertial.is_good() => {
+                OutgoingFrame::of(&m::InertialHeading {
+                    heading: self.inertial.heading_urad(self.now_us),
+                    rate: self.inertial.rate_mrad_s(),
+                    time: (self.now_us / 1000) as u16,
+                })
+            }
+            m::Gravity::ID => {
+                let status = self.inertial.status()?;
+                let [x, y, z] = self.inertial.up_mm_s2();
+                let shake = self.inertial.take_shake();
+                OutgoingFrame::of(&m::Gravity {
+                    x,
+                    y,
+                    z,
+                    shake,
+                    status,
                 })
             }
             m::LinkStatistics::ID => OutgoingFrame::of(&self.link.statistics()),

@@ -20,7 +20,7 @@ const fn entry(identifier: u16, period_ms: u16, phase_ms: u64) -> Entry {
     }
 }
 
-pub const MESSAGES: usize = 10;
+pub const MESSAGES: usize = 12;
 
 /// Periods of all telemetry. Phases spread the load; both halves of the odometry share one, as they share their time.
 #[derive(Clone, Debug)]
@@ -45,6 +45,9 @@ impl Default for Schedule {
                 entry(m::Battery::ID, 500, 30),
                 entry(m::MotorDuty::ID, 100, 32),
                 entry(m::LinkStatistics::ID, 1000, 34),
+                // Just before the wheels', so that turns of both are of nearly the same time.
+                entry(m::InertialHeading::ID, 20, 15),
+                entry(m::Gravity::ID, 20, 26),
             ],
             next_us: 0,
             sonar: true,

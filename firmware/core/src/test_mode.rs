@@ -85,6 +85,8 @@ impl Core {
             emergency_stop: inputs.emergency_stop || injection.emergency_stop,
             bumper: injection.bumper,
             sonar: injection.answer(self.now_us),
+            // The board's own moves with the board, and nothing injects another.
+            inertial: None,
         }
     }
 

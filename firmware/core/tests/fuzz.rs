@@ -5,7 +5,7 @@ mod rig;
 
 use fuzz_stream::COMMANDS;
 use rig::{Random, Rig};
-use rover_core::{Core, Identity, Inputs, SonarEcho};
+use rover_core::{Core, Identity, InertialSample, Inputs, SonarEcho};
 use rover_protocol::framing::{encode, MAX_FRAME};
 use rover_protocol::messages as m;
 
@@ -36,6 +36,7 @@ fn random_inputs(random: &mut Random, now_us: u64) -> Inputs {
         emergency_stop: random.below(500) == 0,
         bumper: random.below(50) == 0,
         sonar,
+        inertial: inertial_sample(random),
     }
 }
 
@@ -165,4 +166,14 @@ fn two_million_bytes_of_noise_frames_and_damage_break_no_invariant_and_reach_the
     assert!(summary.injected > 1_000, "{summary:?}");
     assert!(summary.segments > 100, "{summary:?}");
     assert_eq!(fuzz_stream::run(100_000, 2), fuzz_stream::run(100_000, 2));
+}
+
+/// Anything that sixteen bits may say, every fourth tick.
+fn inertial_sample(random: &mut Random) -> Option<InertialSample> {
+    let wide = random.below(16);
+    (random.below(4) == 0).then(|| InertialSample {
+        gyro: std::array::from_fn(|_| random.next() as i16 >> wide),
+        acceleration: std::array::from_fn(|_| random.next() as i16 >> random.below(16)),
+        temperature: random.next() as i16,
+    })
 }

@@ -3,6 +3,7 @@
 mod rig;
 
 use rig::{cruise_pieces, Piece, Random, Rig};
+use rover_core::InertialSample;
 use rover_protocol::messages as m;
 use rover_protocol::messages::{
     fault_code, parameter_value_status as parameter, state_state as state,
@@ -260,6 +261,73 @@ fn telemetry_comes_at_its_rates_and_fits_the_line() {
     let bytes: usize = rig.frames.iter().map(|f| usize::from(f.length) + 7).sum();
     println!("{bytes} bytes/s");
     assert!(bytes < 23_040 / 4);
+}
+
+/// Bits of a frame on a CAN bus with the most stuff bits that it can have, and the gap after it.
+fn worst_bits(length: usize) -> usize {
+    47 + 8 * length + (34 + 8 * length - 1) / 4
+}
+
+#[test]
+fn all_telemetry_with_an_inertial_sensor_leaves_most_of_a_can_bus_free() {
+    let load = |inertial: bool, fastest: bool| {
+        let mut rig = Rig::new();
+        rig.inertial = inertial.then(|| InertialSample {
+            acceleration: [0, 0, 16_393],
+            ..Default::default()
+        });
+        rig.run_ms(2_000);
+        rig.make_armed();
+        if fastest {
+            for message in [m::InertialHeading::ID, m::Gravity::ID] {
+                rig.send(&m::TelemetryRate { message, period: 5 });
+            }
+        }
+        rig.run_ms(10);
+        rig.frames.clear();
+        rig.run_ms(1_000);
+        let bits: usize = rig
+            .frames
+            .iter()
+            .map(|frame| worst_bits(usize::from(frame.length)))
+            .sum();
+        100.0 * bits as f64 / 500_000.0
+    };
+    let (without, with, fastest) = (load(false, false), load(true, false), load(true, true));
+    println!(
+        "CAN load {without:.1} %, with an inertial sensor {with:.1} %, at 200 Hz {fastest:.1} %"
+    );
+    assert!(without < with && with < fastest && fastest < 50.0);
+}
+
+#[test]
+fn an_inertial_sensor_that_is_there_tells_turns_and_the_vertical_and_one_that_is_not_says_nothing()
+{
+    let mut rig = Rig::armed();
+    rig.run_ms(1_500);
+    assert!(rig.last::<m::Gravity>().is_none() && rig.last::<m::InertialHeading>().is_none());
+    rig.inertial = Some(InertialSample {
+        gyro: [3, -4, 50],
+        acceleration: [0, 0, 16_393],
+        temperature: 256,
+    });
+    rig.run_ms(2_000);
+    let gravity = rig.last::<m::Gravity>().unwrap();
+    assert_eq!(gravity.status, m::gravity_status::GOOD);
+    assert!((9_780..9_830).contains(&gravity.z));
+    assert!(rig.last::<m::InertialHeading>().unwrap().rate.abs() <= 1);
+    rig.inertial = None;
+    rig.run_ms(200);
+    assert_eq!(
+        rig.last::<m::Gravity>().unwrap().status,
+        m::gravity_status::LOST
+    );
+    let fault = rig.last::<m::Fault>().unwrap();
+    assert_eq!(
+        (fault.code, fault.active),
+        (m::fault_code::INERTIAL_LOST, 1)
+    );
+    assert_eq!(rig.state().state, m::state_state::ARMED);
 }
 
 #[test]

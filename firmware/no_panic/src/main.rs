@@ -11,7 +11,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use rover_core::storage::{Flash, FlashError, BLOCK};
-use rover_core::{Core, Identity, Inputs, SonarEcho};
+use rover_core::{Core, Identity, InertialSample, Inputs, SonarEcho};
 
 extern "C" {
     fn rover_core_can_panic() -> !;
@@ -74,6 +74,7 @@ extern "C" fn _start() -> ! {
                 sensor: 0,
                 echo_us: 0,
             }),
+            inertial: Some(InertialSample::default()),
             ..Inputs::default()
         }));
         black_box(outputs);

@@ -12,7 +12,7 @@ use crate::motors::Motors;
 use crate::pins::PanelPins;
 use crate::storage::ParameterFlash;
 use crate::tick::Ticker;
-use crate::{emergency, life, reset, sonar};
+use crate::{emergency, inertial, life, reset, sonar};
 
 const PERIOD: Duration = Duration::from_millis(1);
 
@@ -50,6 +50,7 @@ async fn control(core: &'static mut Core, mut hardware: Hardware) -> ! {
             emergency_stop: emergency::active(),
             bumper: hardware.bumper.is_high(),
             sonar: sonar::ECHO.try_take(),
+            inertial: inertial::take(now),
         });
         powered = outputs.powered;
         while let Some(event) = core.take_event() {

@@ -19,6 +19,7 @@ mod control;
 mod crash;
 mod emergency;
 mod encoders;
+mod inertial;
 mod life;
 mod link;
 mod mark;
@@ -70,6 +71,7 @@ async fn main(spawner: Spawner) {
 
     usb::start(board.usb, spawner);
     spawner.spawn(once(can::run(board.can)));
+    spawner.spawn(once(inertial::run(board.inertial)));
 
     // The timer's first alarm and the UART stay at P0.
     interrupt::IO_IRQ_BANK0.set_priority(Priority::P1);

@@ -1,11 +1,12 @@
 //! What is wired to which pin of a Raspberry Pi Pico. docs/guide/hardware.md mirrors this file.
 //!
-//! No pin is free.
+//! GP27 is free: it is an input of the analogue-digital converter.
 
-use embassy_rp::gpio::{Input, Level, Output, Pull};
+use embassy_rp::gpio::{Flex, Input, Level, Output, Pull};
 use embassy_rp::peripherals::{
-    ADC, FLASH, PIN_0, PIN_1, PIN_16, PIN_18, PIN_19, PIN_2, PIN_26, PIN_3, PIN_4, PIN_5, PIN_6,
-    PIN_7, PIN_8, PIN_9, PIO0, PWM_SLICE3, PWM_SLICE4, SPI0, UART0, USB, WATCHDOG,
+    ADC, FLASH, I2C0, PIN_0, PIN_1, PIN_16, PIN_18, PIN_19, PIN_2, PIN_20, PIN_21, PIN_26, PIN_3,
+    PIN_4, PIN_5, PIN_6, PIN_7, PIN_8, PIN_9, PIO0, PWM_SLICE3, PWM_SLICE4, SPI0, UART0, USB,
+    WATCHDOG,
 };
 use embassy_rp::{Peri, Peripherals};
 use rover_mcp2515::{Bitrate, Crystal};
@@ -76,10 +77,21 @@ pub struct MotorPins {
     pub standby: Output<'static>,
 }
 
-/// One HC-SR04; its 5 V echo comes through a divider.
+/// Three HC-SR04, one pin each: it triggers, then listens to the echo, which comes through a divider.
 pub struct SonarPins {
-    pub trigger: Output<'static>,
-    pub echo: Input<'static>,
+    /// GP13.
+    pub left: Flex<'static>,
+    /// GP14.
+    pub centre: Flex<'static>,
+    /// GP15.
+    pub right: Flex<'static>,
+}
+
+/// LSM6DSO on I2C.
+pub struct InertialPins {
+    pub i2c: Peri<'static, I2C0>,
+    pub data: Peri<'static, PIN_20>,
+    pub clock: Peri<'static, PIN_21>,
 }
 
 /// Battery voltage through [`BATTERY_DIVIDER`].
@@ -104,8 +116,8 @@ pub struct Board {
     pub usb: Peri<'static, USB>,
     pub encoders: EncoderPins,
     pub motors: MotorPins,
-    /// Left, centre, right: GP13 and GP20, GP14 and GP21, GP15 and GP27.
-    pub sonars: [SonarPins; 3],
+    pub sonars: SonarPins,
+    pub inertial: InertialPins,
     pub battery: BatteryPins,
     pub panel: PanelPins,
     /// Normally closed switch to ground, GP28: a broken wire stops the rover.
@@ -152,20 +164,16 @@ impl Board {
                 right_in2: p.PIN_9,
                 standby: Output::new(p.PIN_12, Level::Low),
             },
-            sonars: [
-                SonarPins {
-                    trigger: Output::new(p.PIN_13, Level::Low),
-                    echo: Input::new(p.PIN_20, Pull::Down),
-                },
-                SonarPins {
-                    trigger: Output::new(p.PIN_14, Level::Low),
-                    echo: Input::new(p.PIN_21, Pull::Down),
-                },
-                SonarPins {
-                    trigger: Output::new(p.PIN_15, Level::Low),
-                    echo: Input::new(p.PIN_27, Pull::Down),
-                },
-            ],
+            sonars: SonarPins {
+                left: Flex::new(p.PIN_13),
+                centre: Flex::new(p.PIN_14),
+                right: Flex::new(p.PIN_15),
+            },
+            inertial: InertialPins {
+                i2c: p.I2C0,
+                data: p.PIN_20,
+                clock: p.PIN_21,
+            },
             battery: BatteryPins {
                 adc: p.ADC,
                 voltage: p.PIN_26,

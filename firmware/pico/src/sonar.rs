@@ -1,7 +1,8 @@
-//! One HC-SR04 at a time: trigger, then time the echo pulse by its edges.
+//! One HC-SR04 at a time: trigger, then let go of the pin and time the echo pulse by its edges.
 //!
 //! Runs in the executor above the control loop, as a tick that delays the time stamp by 100 us would add 17 mm.
 
+use embassy_rp::gpio::{Flex, Pull};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{with_timeout, Duration, Instant, Timer};
@@ -25,30 +26,41 @@ const FALL_TIMEOUT: Duration = Duration::from_millis(25);
 /// Width of the echo pulse, 0 when the sensor heard nothing. None when it is the sensor itself that says nothing: its
 /// line never rises (unplugged, without supply), or is still high from the ping before (stuck). The core counts those
 /// and declares the sensor dead, where a time-out would mean that the way is free.
-async fn ping(sonar: &mut SonarPins) -> Option<u32> {
-    if sonar.echo.is_high() {
+async fn ping(line: &mut Flex<'static>) -> Option<u32> {
+    if line.is_high() {
         return None;
     }
-    sonar.trigger.set_high();
+    line.set_low();
+    line.set_as_output();
+    line.set_high();
     Timer::after(TRIGGER_PULSE).await;
-    sonar.trigger.set_low();
-    if with_timeout(RISE_TIMEOUT, sonar.echo.wait_for_high())
+    line.set_low();
+    listen(line);
+    if with_timeout(RISE_TIMEOUT, line.wait_for_high())
         .await
         .is_err()
     {
         return None;
     }
     let rise = Instant::now();
-    let fell = with_timeout(FALL_TIMEOUT, sonar.echo.wait_for_low()).await;
+    let fell = with_timeout(FALL_TIMEOUT, line.wait_for_low()).await;
     Some(fell.map_or(0, |()| rise.elapsed().as_micros() as u32))
 }
 
+/// Pulled down, so that a line that is not connected never rises.
+fn listen(line: &mut Flex<'static>) {
+    line.set_pull(Pull::Down);
+    line.set_as_input();
+}
+
 #[embassy_executor::task]
-pub async fn run(sonars: [SonarPins; 3]) {
+pub async fn run(sonars: SonarPins) {
     crash::within(task::SONAR, ping_them(sonars)).await
 }
 
-async fn ping_them(mut sonars: [SonarPins; 3]) {
+async fn ping_them(sonars: SonarPins) {
+    let mut sonars = [sonars.left, sonars.centre, sonars.right];
+    sonars.iter_mut().for_each(listen);
     loop {
         life::SONAR.show();
         let Ok(sensor) = with_timeout(life::IDLE, TRIGGER.wait()).await else {

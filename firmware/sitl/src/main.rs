@@ -4,6 +4,7 @@ mod battery;
 mod can_adapter;
 mod can_bus;
 mod can_frame;
+mod inertial;
 mod line;
 mod options;
 mod parameter_file;
@@ -17,6 +18,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use battery::Converter;
+use inertial::Inertial;
 use options::{Options, USAGE};
 use parameter_file::ParameterFile;
 use rover_core::{board, reset_cause, Core, Identity};
@@ -54,6 +56,7 @@ fn run(options: &Options) -> io::Result<()> {
     let mut core = start(options, options.reset_cause, &mut storage);
     let mut wire = Wire::open(options);
     let mut converter = Converter::default();
+    let mut inertial = Inertial::default();
     let (mut requests, mut replies) = (io::stdin().lock(), io::stdout().lock());
     let mut bytes = [0; TickRequest::SIZE];
     let mut last_us = 0;
@@ -76,6 +79,7 @@ fn run(options: &Options) -> io::Result<()> {
         }
         let mut inputs = tick_pipe::inputs(&request);
         inputs.battery_mv = converter.measure(now_us, inputs.battery_mv);
+        inputs.inertial = inertial.measure(&request);
         let outputs = core.tick(&inputs);
         if let Some(storage) = &mut storage {
             core.serve_storage(storage);
@@ -92,6 +96,7 @@ fn run(options: &Options) -> io::Result<()> {
         if core.take_reboot().is_some() {
             // The bootloader has nothing to load here: both kinds of restart start the core anew.
             core = start(options, reset_cause::SOFTWARE, &mut storage);
+            inertial = Inertial::default();
         }
     }
 }

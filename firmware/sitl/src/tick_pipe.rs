@@ -20,6 +20,7 @@ pub fn inputs(request: &TickRequest) -> Inputs {
             sensor: request.echo_sensor,
             echo_us: request.echo_us,
         }),
+        inertial: None,
     }
 }
 

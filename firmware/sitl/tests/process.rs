@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use rover_protocol::framing::{encode_message, Decoder, Frame, MAX_FRAME};
 use rover_protocol::messages as m;
+use rover_protocol::rig_tick::TickRequest;
 use rover_protocol::Message;
 
 struct Rig {
@@ -78,7 +79,7 @@ impl Rig {
 
     fn tick(&mut self) -> Reply {
         self.now_us += 1000;
-        let mut request = [0; 40];
+        let mut request = [0; TickRequest::SIZE];
         request[0..8].copy_from_slice(&self.now_us.to_le_bytes());
         request[20..22].copy_from_slice(&7400_u16.to_le_bytes());
         request[22] = 255;

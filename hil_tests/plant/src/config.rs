@@ -35,6 +35,8 @@ pub struct Config {
     pub sonar: Sonar,
     /// The thermal camera.
     pub camera: Camera,
+    /// The inertial sensor; none unless said otherwise.
+    pub inertial: Inertial,
     /// Bits per second of the serial line; ten bits carry a byte.
     pub baud: u64,
     /// Radius of the footprint disc around base_link, metres.
@@ -57,6 +59,7 @@ impl Default for Config {
             wiring: Wiring::default(),
             sonar: Sonar::default(),
             camera: Camera::default(),
+            inertial: Inertial::default(),
             baud: 230_400,
             footprint_radius: 0.15,
         }
@@ -305,6 +308,52 @@ impl Default for Sonar {
             noise_fraction: 0.004,
             sound_speed: 343.0,
             sound_speed_tolerance: 0.01,
+        }
+    }
+}
+
+/// An LSM6DSO, along base_link's axes; standard deviations are those of its datasheet.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Inertial {
+    /// Whether the rover has one.
+    pub fitted: bool,
+    /// Standard deviation of each axis's rate at rest, rad/s.
+    pub rate_bias: f64,
+    /// And of its change over a kelvin, rad/s/K.
+    pub rate_bias_per_kelvin: f64,
+    /// Of the rate's scale.
+    pub rate_scale: f64,
+    /// Of one reading's rate, rad/s.
+    pub rate_noise: f64,
+    /// Of what each axis feels too much, after the board was set level once, m/s².
+    pub felt_bias: f64,
+    /// Of one reading, m/s².
+    pub felt_noise: f64,
+    /// What a rolling rover adds to that, m/s².
+    pub vibration: f64,
+    /// When it is switched on, °C.
+    pub celsius: f64,
+    /// How much warmer it gets, K, and with which time constant, s.
+    pub warming: f64,
+    /// Time constant of that, s.
+    pub warming_s: f64,
+}
+
+impl Default for Inertial {
+    fn default() -> Self {
+        Self {
+            fitted: false,
+            rate_bias: 0.017,
+            rate_bias_per_kelvin: 1.7e-4,
+            rate_scale: 0.005,
+            rate_noise: 1.0e-3,
+            felt_bias: 0.03,
+            felt_noise: 0.01,
+            vibration: 0.3,
+            celsius: 22.0,
+            warming: 8.0,
+            warming_s: 300.0,
         }
     }
 }

@@ -18,6 +18,8 @@ pub struct Faults {
     pub tilt: [f64; 2],
     /// A switch of the bumper is held closed.
     pub bumper_pressed: bool,
+    /// Of the inertial sensor.
+    pub inertial: Option<InertialFault>,
     /// Of the thermal camera.
     pub camera: Option<CameraFault>,
 }
@@ -48,6 +50,17 @@ pub enum SonarFault {
     Deaf,
 }
 
+/// What is wrong with the inertial sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InertialFault {
+    /// It acknowledges nothing.
+    Silent,
+    /// It shows the same for ever.
+    Frozen,
+    /// It holds the bus's data line low.
+    HoldsBus,
+}
+
 /// What is wrong with the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraFault {
@@ -66,6 +79,10 @@ impl Faults {
         let on = value != 0.0;
         if let Some(camera) = camera_fault(name) {
             self.camera = on.then_some(camera);
+            return Ok(());
+        }
+        if let Some(inertial) = inertial_fault(name) {
+            self.inertial = on.then_some(inertial);
             return Ok(());
         }
         match name {
@@ -116,6 +133,15 @@ impl Faults {
     }
 }
 
+fn inertial_fault(name: &str) -> Option<InertialFault> {
+    Some(match name {
+        "inertial-silent" => InertialFault::Silent,
+        "inertial-frozen" => InertialFault::Frozen,
+        "inertial-holds-bus" => InertialFault::HoldsBus,
+        _ => return None,
+    })
+}
+
 fn camera_fault(name: &str) -> Option<CameraFault> {
     Some(match name {
         "camera-frozen" => CameraFault::Frozen,
@@ -145,6 +171,9 @@ mod tests {
             "wheel-slip",
             "motor-stalled",
             "motor-open",
+            "inertial-silent",
+            "inertial-frozen",
+            "inertial-holds-bus",
             "camera-frozen",
             "camera-dead",
             "camera-ffc",

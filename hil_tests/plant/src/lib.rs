@@ -15,6 +15,8 @@ pub mod chip;
 pub mod config;
 pub mod drive;
 pub mod faults;
+pub mod hand;
+pub mod inertial;
 pub mod lens;
 pub mod obstacle;
 pub mod pose;

@@ -111,7 +111,7 @@ impl Plant {
         self.world.record_ticks();
     }
 
-    /// Requests (40 bytes) and replies (16) of the ticks since the last call, tick by tick; empty when not recorded.
+    /// Requests (56 bytes) and replies (16) of the ticks since the last call, tick by tick; empty when not recorded.
     fn take_ticks<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, &self.world.take_ticks())
     }

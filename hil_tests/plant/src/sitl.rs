@@ -7,6 +7,7 @@ use std::os::fd::{BorrowedFd, RawFd};
 use rover_protocol::rig_tick::{TickReply, TickRequest, BUZZER, LED, NO_SENSOR, POWERED};
 
 use crate::drive::Bridge;
+use crate::inertial::Registers;
 use crate::sonar::Echo;
 
 /// What the firmware's peripherals read at a tick.
@@ -25,6 +26,10 @@ pub struct Sensors {
     pub emergency_stop: bool,
     /// Whether a switch of the bumper is pressed.
     pub bumper: bool,
+    /// As in the request: 0 without an inertial sensor that answers.
+    pub inertial: u8,
+    /// What that has in its registers.
+    pub registers: Registers,
     /// Bytes of the host that have come over the serial wire so far.
     pub host_bytes_due: u64,
 }
@@ -97,6 +102,14 @@ impl Sensors {
             echo_sensor: self.echo.map_or(NO_SENSOR, |echo| echo.sensor),
             emergency_stop: u8::from(self.emergency_stop),
             bumper: u8::from(self.bumper),
+            inertial: self.inertial,
+            gyro_x: self.registers.gyro[0],
+            gyro_y: self.registers.gyro[1],
+            gyro_z: self.registers.gyro[2],
+            acceleration_x: self.registers.acceleration[0],
+            acceleration_y: self.registers.acceleration[1],
+            acceleration_z: self.registers.acceleration[2],
+            temperature: self.registers.temperature,
             host_bytes_due: self.host_bytes_due,
             ping: self.ping.map_or(0, |ping| ping.sensor + 1),
             ping_echo_us: self.ping.map_or(0, |ping| ping.echo_us),
@@ -147,6 +160,8 @@ mod tests {
             battery_mv: 7400,
             emergency_stop: true,
             bumper: false,
+            inertial: 0,
+            registers: Registers::default(),
             host_bytes_due: 9,
         }
     }

@@ -8,7 +8,9 @@ use crate::bumper;
 use crate::camera::{Camera, Frame};
 use crate::config::Config;
 use crate::drive::{Bridge, Drive};
-use crate::faults::Faults;
+use crate::faults::{Faults, InertialFault};
+use crate::hand::Hand;
+use crate::inertial::Inertial;
 use crate::obstacle::{block, Obstacle};
 use crate::pose::Pose;
 use crate::random::Random;
@@ -48,6 +50,8 @@ pub struct World {
     pub sonar: Sonar,
     /// The thermal camera.
     pub camera: Camera,
+    /// The inertial sensor, whether the rover has one or not.
+    pub inertial: Inertial,
     /// The ground.
     pub terrain: Terrain,
     /// What makes the rover lean on it.
@@ -81,6 +85,7 @@ pub struct World {
     begin: Begin,
     bytes_sent: u64,
     blocked: bool,
+    hand: Hand,
     /// Greatest speed against what the plant has held the rover back from since the last look, m/s; None: nothing has.
     struck: Option<f64>,
 }
@@ -99,6 +104,7 @@ impl World {
             drive: Drive::new(&config.drive, config.seed),
             sonar: Sonar::new(&config.sonar, config.seed),
             camera: Camera::new(&config.camera, config.seed),
+            inertial: Inertial::new(&config.inertial, config.seed),
             terrain,
             unevenness: Unevenness::new(&config.unevenness, config.seed),
             obstacles,
@@ -118,6 +124,7 @@ impl World {
             begin: Begin::default(),
             bytes_sent: 0,
             blocked: false,
+            hand: Hand::new(config.seed),
             struck: None,
             config,
         };
@@ -210,6 +217,11 @@ impl World {
         if self.now_us.is_multiple_of(WARM_US) {
             self.terrain.warm((self.now_us / WARM_US) as usize);
         }
+        self.hand.step(self.faults.lifted, dt);
+        if self.config.inertial.fitted && self.faults.inertial != Some(InertialFault::Frozen) {
+            let (stance, lift) = (self.stance(), self.hand.lift());
+            self.inertial.step(self.now_us, stance, lift, dt);
+        }
         self.camera.motion = motion(before, self.pose, dt);
         self.exposed.extend(self.camera.poll(
             self.now_us,
@@ -238,8 +250,9 @@ impl World {
             pose: self.pose,
             attitude: self.unevenness.attitude(self.pose),
         };
-        stance.attitude.roll += self.faults.tilt[0];
-        stance.attitude.pitch += self.faults.tilt[1];
+        let tremor = self.hand.tremor();
+        stance.attitude.roll += self.faults.tilt[0] + tremor[0];
+        stance.attitude.pitch += self.faults.tilt[1] + tremor[1];
         stance
     }
 
@@ -278,6 +291,16 @@ impl World {
             || bumper::pressed(self.pose, radius, &self.obstacles, width, height)
     }
 
+    /// As in the tick's request: 0 no inertial sensor answers, 1 it does, 2 it holds the bus.
+    pub fn inertial_state(&self) -> u8 {
+        match self.faults.inertial {
+            _ if !self.config.inertial.fitted => 0,
+            Some(InertialFault::Silent) => 0,
+            Some(InertialFault::HoldsBus) => 2,
+            Some(InertialFault::Frozen) | None => 1,
+        }
+    }
+
     /// The battery as the firmware's ADC reads it, millivolts.
     pub fn measure_battery(&mut self) -> u16 {
         let noise = self.config.battery.measurement_noise * f64::from(self.adc.quick_normal());
@@ -312,6 +335,8 @@ impl World {
                 battery_mv: self.measure_battery(),
                 emergency_stop: self.emergency_stop,
                 bumper: self.bumper(),
+                inertial: self.inertial_state(),
+                registers: self.inertial.registers,
                 host_bytes_due: self.wire.pass(TICK_US) - self.begin.host_bytes,
             };
             let actuators = sitl.exchange(&sensors)?;

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from rover_hil.emulator import wiring
 from rover_hil.emulator.chip import CYCLES_PER_US, Chip
+from rover_hil.emulator.lsm6dso import Lsm6dso
 from rover_hil.emulator.quadrature import edges
 from rover_hil.emulator.tick_pipe import Request
 
@@ -38,11 +39,13 @@ class Board:
         self._counts: tuple[int, int] | None = None
         self._triggered: int | None = None
         # A switched-on board: encoders and echoes low, the switch closed.
-        low = [pin for pair in wiring.ENCODERS for pin in pair] + [echo for _, echo in wiring.SONARS]
+        low = [pin for pair in wiring.ENCODERS for pin in pair] + list(wiring.SONARS)
         for pin in (*low, wiring.EMERGENCY_STOP, wiring.BUMPER):
             chip.set_level(pin, False)
-        for sensor, (trigger, _) in enumerate(wiring.SONARS):
-            chip.gpio[trigger].add_listener(self._trigger_listener(sensor))
+        for sensor, pin in enumerate(wiring.SONARS):
+            chip.gpio[pin].add_listener(self._trigger_listener(sensor))
+        self.inertial = Lsm6dso()
+        chip.i2c0.target = self.inertial
 
     def apply(self, request: Request, start: int) -> None:
         """Sets the inputs of the millisecond that begins at cycle `start`."""
@@ -55,13 +58,17 @@ class Board:
         if request.ping is not None:
             sensor, echo_us = request.ping
             rise = start + (burst_us(echo_us) if echo_us else BURST_US) * CYCLES_PER_US
-            echo = wiring.SONARS[sensor][1]
+            echo = wiring.SONARS[sensor]
             self._at(rise, lambda: self.chip.set_level(echo, True))
             self._at(rise + (echo_us or SILENCE_US) * CYCLES_PER_US, lambda: self.chip.set_level(echo, False))
 
     def set_levels(self, request: Request) -> None:
-        """Sets what keeps its level: the battery, the emergency stop and the bumper."""
+        """Sets what keeps its level: battery, emergency stop, bumper, and the inertial sensor's registers."""
         chip = self.chip
+        self.inertial.present = request.inertial == 1
+        self.inertial.holds_bus = request.inertial == 2
+        if request.inertial:
+            self.inertial.show((request.temperature, *request.gyro, *request.acceleration))
         millivolts = request.battery_mv / wiring.BATTERY_DIVIDER
         steps = int(millivolts / wiring.ADC_REFERENCE_MV * wiring.ADC_STEPS)
         chip.adc.channel_values[wiring.BATTERY_CHANNEL] = min(wiring.ADC_STEPS - 1, steps)
@@ -99,8 +106,9 @@ class Board:
         return change
 
     def _trigger_listener(self, sensor: int) -> Callable[[int, int], None]:
-        def on_change(state: int, _: int) -> None:
-            if state == 0:
+        def on_change(state: int, before: int) -> None:
+            # The fall of a pulse; a pin that is driven low or let go of was not high before.
+            if state == 0 and before == 1:
                 self._triggered = sensor
 
         return on_change

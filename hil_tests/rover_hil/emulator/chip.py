@@ -18,12 +18,13 @@ from rp2040py.simulator import Simulator
 from rp2040py.utils.logging import ConsoleLogger, LogLevel
 
 from rover_hil.emulator.elf import FLASH, Segment
+from rover_hil.emulator.i2c import I2c
 from rover_hil.emulator.pio import LazyPio
 from rover_hil.emulator.pl011 import Pl011
 from rover_hil.emulator.pwm import Pwm
 
 CYCLES_PER_US = 125
-UART0, UART1, PWM, PIO0, PIO1 = 0x40034, 0x40038, 0x40050, 0x50200, 0x50300
+UART0, UART1, I2C0, PWM, PIO0, PIO1 = 0x40034, 0x40038, 0x40044, 0x40050, 0x50200, 0x50300
 """Keys of rp2040py's peripherals: addresses without their last three digits."""
 PAGE_SHIFT = 12
 ROM = struct.pack(f"<{len(BOOTROM_B1)}I", *BOOTROM_B1)
@@ -57,11 +58,13 @@ class Chip(_rp2040.RP2040):
         """Puts our models in the place of those of rp2040py that differ from the datasheet."""
         clock = self.virtual_clock
         self.uarts = (Pl011(self, clock, "UART0", IRQ.UART0), Pl011(self, clock, "UART1", IRQ.UART1))
+        self.i2c0 = I2c(self, clock, "I2C0", IRQ.I2C0)
         self.pwm_slices = Pwm(self)
         self.encoder_pio = LazyPio(clock, self.pio[0])
         self.uart = cast(list[RPUART], list(self.uarts))
         self.pwm = cast(RPPWM, self.pwm_slices)
         self.peripherals[UART0], self.peripherals[UART1] = self.uarts
+        self.peripherals[I2C0] = self.i2c0
         self.peripherals[PWM] = self.pwm_slices
         self.peripherals[PIO0] = self.encoder_pio
 

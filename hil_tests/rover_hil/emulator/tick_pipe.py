@@ -21,6 +21,11 @@ class Request:
     ping: tuple[int, int] | None
     """Sensor that was triggered in the last tick, and the length of its echo in µs; 0: none will come."""
     bumper: bool = False
+    inertial: int = 0
+    """As in TickRequest; the next three are what the sensor has in its registers."""
+    gyro: tuple[int, int, int] = (0, 0, 0)
+    acceleration: tuple[int, int, int] = (0, 0, 0)
+    temperature: int = 0
 
     @classmethod
     def unpack(cls, data: bytes) -> Request:
@@ -34,6 +39,10 @@ class Request:
             host_bytes_due=tick.host_bytes_due,
             ping=(tick.ping - 1, tick.ping_echo_us) if tick.ping else None,
             bumper=bool(tick.bumper),
+            inertial=tick.inertial,
+            gyro=(tick.gyro_x, tick.gyro_y, tick.gyro_z),
+            acceleration=(tick.acceleration_x, tick.acceleration_y, tick.acceleration_z),
+            temperature=tick.temperature,
         )
 
 

@@ -7,8 +7,8 @@ ENCODERS = ((2, 3), (4, 5))
 # Pins IN1 and IN2 of the bridge, left and right.
 MOTORS = ((6, 7), (8, 9))
 STANDBY = 12
-# Pins of trigger and echo: left, centre, right.
-SONARS = ((13, 20), (14, 21), (15, 27))
+# Pins of trigger and echo in one: left, centre, right.
+SONARS = (13, 14, 15)
 BUZZER, LED = 22, 25
 # High when pressed: a normally closed switch to ground.
 EMERGENCY_STOP = 28
@@ -25,5 +25,7 @@ only document where they are."""
 CAN_MISO, CAN_CLOCK, CAN_MOSI = 16, 18, 19
 CAN_SELECT, CAN_INTERRUPT = 17, 10
 """Of the MCP2515 on SPI0."""
+INERTIAL_DATA, INERTIAL_CLOCK = 20, 21
+"""Of I2C0, likewise."""
 # The crystal on the module.
 CAN_OSCILLATOR_HZ = 8_000_000

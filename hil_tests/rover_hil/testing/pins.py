@@ -19,15 +19,11 @@ def wired_pins() -> dict[int, str]:
     """Pin number to signal from `Board::new`; the signal is the path of its field: `motors.left_in1`."""
     source = pins_source()
     path: list[str] = []
-    sensor = -1
     pins: dict[int, str] = {}
     for line in source[source.index("pub fn new(p: Peripherals)") :].splitlines():
-        opened = re.match(r"\s*(?:(\w+): )?(\w+Pins \{|\[)$", line)
-        if opened:
-            if opened.group(1) is None:
-                sensor += 1
-            path.append(opened.group(1) or SENSORS[sensor])
-        elif re.match(r"\s*[}\]],$", line):
+        if opened := re.match(r"\s*(\w+): \w+Pins \{$", line):
+            path.append(opened.group(1))
+        elif re.match(r"\s*\},$", line):
             path.pop()
         elif pin := re.match(r"\s*(\w+): .*\bp\.PIN_(\d+)", line):
             pins[int(pin.group(2))] = ".".join([*path, pin.group(1)])

@@ -5,7 +5,7 @@ Written by `python -m tools.generate`: change the DBC, not this file.
 
 from rover_protocol.message import Message
 
-SCHEMA_HASH = 0x644F0FE7
+SCHEMA_HASH = 0x48FDA56D
 
 # Cut the motors at once and latch. Needs no state, is never refused.
 EmergencyStop = Message("EmergencyStop", 0x008, 1, (("reason", 0, 1, False),))
@@ -41,6 +41,10 @@ OdometryHeading = Message("OdometryHeading", 0x072, 8, (("heading", 0, 4, True),
 Velocity = Message("Velocity", 0x073, 8, (("reference_travel", 0, 2, True), ("reference_heading", 2, 2, True), ("measured_travel", 4, 2, True), ("measured_heading", 6, 2, True),))
 # Where along the commanded motion the firmware is.
 ReferenceDistance = Message("ReferenceDistance", 0x074, 8, (("travel", 0, 4, True), ("heading", 4, 4, True),))
+# What the gyroscope has turned by about the rover's vertical since it was heard first, its bias at rest taken off. Sent while there is an inertial sensor that can be believed; a gap longer than 30 ms means that turns are missing.
+InertialHeading = Message("InertialHeading", 0x075, 8, (("heading", 0, 4, True), ("rate", 4, 2, True), ("time", 6, 2, False),))
+# Which way is up on base_link, as a rover at rest would feel it: 9.81 m/s^2 along z when it stands level. Sent once there has been an inertial sensor.
+Gravity = Message("Gravity", 0x076, 8, (("x", 0, 2, True), ("y", 2, 2, True), ("z", 4, 2, True), ("shake", 6, 1, False), ("status", 7, 1, False),))
 # One ultrasonic ranging.
 Sonar = Message("Sonar", 0x080, 8, (("sensor", 0, 1, False), ("status", 1, 1, False), ("range", 2, 2, False), ("time", 4, 4, False),))
 # Battery.
@@ -106,6 +110,8 @@ BY_ID = {
     0x072: OdometryHeading,
     0x073: Velocity,
     0x074: ReferenceDistance,
+    0x075: InertialHeading,
+    0x076: Gravity,
     0x080: Sonar,
     0x090: Battery,
     0x091: MotorDuty,
@@ -143,6 +149,8 @@ SCALES: dict[str, dict[str, float]] = {
     "OdometryHeading": {"heading": 1e-06, "time": 1e-06},
     "Velocity": {"reference_travel": 0.0001, "reference_heading": 0.001, "measured_travel": 0.0001, "measured_heading": 0.001},
     "ReferenceDistance": {"travel": 1e-05, "heading": 1e-06},
+    "InertialHeading": {"heading": 1e-06, "rate": 0.001, "time": 0.001},
+    "Gravity": {"x": 0.001, "y": 0.001, "z": 0.001, "shake": 0.1},
     "Sonar": {"range": 0.001, "time": 1e-06},
     "Battery": {"voltage": 0.001, "minimum": 0.001},
     "MotorDuty": {"left": 3.0517578125e-05, "right": 3.0517578125e-05},
@@ -179,6 +187,12 @@ STATE_CAUSE_SENSOR_LOST = 13
 STATE_CAUSE_BUMPER = 14
 STATE_CAUSE_NAMES = {0: "None", 1: "StopCommand", 2: "EmergencyCommand", 3: "EmergencyInput", 4: "DeadMan", 5: "SonarGuard", 6: "LowBattery", 7: "Stall", 8: "EncoderFault", 9: "Underrun", 10: "Disarm", 11: "Internal", 12: "InjectorSilent", 13: "SensorLost", 14: "Bumper"}
 
+# Gravity.status
+GRAVITY_STATUS_SETTLING = 0
+GRAVITY_STATUS_GOOD = 1
+GRAVITY_STATUS_LOST = 2
+GRAVITY_STATUS_NAMES = {0: "Settling", 1: "Good", 2: "Lost"}
+
 # Sonar.status
 SONAR_STATUS_OK = 0
 SONAR_STATUS_NO_ECHO = 1
@@ -202,7 +216,8 @@ FAULT_CODE_TRANSMIT_OVERFLOW = 12
 FAULT_CODE_RECEIVE_OVERFLOW = 13
 FAULT_CODE_SCHEMA_MISMATCH = 14
 FAULT_CODE_WATCHDOG = 15
-FAULT_CODE_NAMES = {0: "None", 1: "DeadMan", 2: "SonarGuard", 3: "LowBattery", 4: "Stall", 5: "EncoderLeft", 6: "EncoderRight", 7: "SonarDead", 8: "Underrun", 9: "SegmentRejected", 10: "ArmRefused", 11: "QueueFull", 12: "TransmitOverflow", 13: "ReceiveOverflow", 14: "SchemaMismatch", 15: "Watchdog"}
+FAULT_CODE_INERTIAL_LOST = 16
+FAULT_CODE_NAMES = {0: "None", 1: "DeadMan", 2: "SonarGuard", 3: "LowBattery", 4: "Stall", 5: "EncoderLeft", 6: "EncoderRight", 7: "SonarDead", 8: "Underrun", 9: "SegmentRejected", 10: "ArmRefused", 11: "QueueFull", 12: "TransmitOverflow", 13: "ReceiveOverflow", 14: "SchemaMismatch", 15: "Watchdog", 16: "InertialLost"}
 
 # HelloReply.board
 HELLO_REPLY_BOARD_SITL = 0
@@ -260,7 +275,8 @@ CRASH_CAUSE_TASK_USB = 5
 CRASH_CAUSE_TASK_LIFE = 6
 CRASH_CAUSE_TASK_LINK = 7
 CRASH_CAUSE_TASK_BATTERY = 8
-CRASH_CAUSE_TASK_NAMES = {0: "Idle", 1: "Control", 2: "EmergencyStop", 3: "Sonar", 4: "Can", 5: "Usb", 6: "Life", 7: "Link", 8: "Battery"}
+CRASH_CAUSE_TASK_INERTIAL = 9
+CRASH_CAUSE_TASK_NAMES = {0: "Idle", 1: "Control", 2: "EmergencyStop", 3: "Sonar", 4: "Can", 5: "Usb", 6: "Life", 7: "Link", 8: "Battery", 9: "Inertial"}
 
 # CrashEvent.kind
 CRASH_EVENT_KIND_NONE = 0
@@ -274,6 +290,7 @@ CRASH_EVENT_KIND_NAMES = {0: "None", 1: "Start", 2: "State", 3: "Fault", 4: "Fau
 # Value tables by message and field: VALUES["State"]["cause"][4] == "DeadMan".
 VALUES: dict[str, dict[str, dict[int, str]]] = {
     "State": {"state": STATE_NAMES, "cause": STATE_CAUSE_NAMES},
+    "Gravity": {"status": GRAVITY_STATUS_NAMES},
     "Sonar": {"status": SONAR_STATUS_NAMES},
     "Fault": {"code": FAULT_CODE_NAMES},
     "HelloReply": {"board": HELLO_REPLY_BOARD_NAMES},

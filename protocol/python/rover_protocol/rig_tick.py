@@ -30,11 +30,19 @@ class TickRequest:
     host_bytes_due: Bytes of the host that must have come before this tick, in total.
     ping: 1 + the sonar that was triggered in the last tick; 0: none was.
     bumper: 1 while a switch of the bumper is pressed.
+    inertial: 1 while there is an inertial sensor that answers, 2 while it holds the bus.
     ping_echo_us: Length of the echo that it is going to hear, µs; 0: none.
+    gyro_x: Rate about base_link's x as the sensor has it in its registers: 8.75 mdeg/s.
+    gyro_y: As for x.
+    gyro_z: As for x.
+    acceleration_x: What it feels along base_link's x, likewise: 0.061 mg.
+    acceleration_y: As for x.
+    acceleration_z: As for x.
+    temperature: Of the sensor, likewise: 1/256 K from 25 degrees Celsius.
     """
 
-    SIZE = 40
-    FORMAT = "<QiiIHBBQBB2xI"
+    SIZE = 56
+    FORMAT = "<QiiIHBBQBBB1xIhhhhhhh2x"
 
     def __init__(
         self,
@@ -48,7 +56,15 @@ class TickRequest:
         host_bytes_due: int = 0,
         ping: int = 0,
         bumper: int = 0,
+        inertial: int = 0,
         ping_echo_us: int = 0,
+        gyro_x: int = 0,
+        gyro_y: int = 0,
+        gyro_z: int = 0,
+        acceleration_x: int = 0,
+        acceleration_y: int = 0,
+        acceleration_z: int = 0,
+        temperature: int = 0,
     ) -> None:
         self.now_us = now_us
         self.encoder_left = encoder_left
@@ -60,10 +76,18 @@ class TickRequest:
         self.host_bytes_due = host_bytes_due
         self.ping = ping
         self.bumper = bumper
+        self.inertial = inertial
         self.ping_echo_us = ping_echo_us
+        self.gyro_x = gyro_x
+        self.gyro_y = gyro_y
+        self.gyro_z = gyro_z
+        self.acceleration_x = acceleration_x
+        self.acceleration_y = acceleration_y
+        self.acceleration_z = acceleration_z
+        self.temperature = temperature
 
     def pack(self) -> bytes:
-        """The 40 bytes."""
+        """The 56 bytes."""
         return struct.pack(
             self.FORMAT,
             self.now_us,
@@ -76,12 +100,20 @@ class TickRequest:
             self.host_bytes_due,
             self.ping,
             self.bumper,
+            self.inertial,
             self.ping_echo_us,
+            self.gyro_x,
+            self.gyro_y,
+            self.gyro_z,
+            self.acceleration_x,
+            self.acceleration_y,
+            self.acceleration_z,
+            self.temperature,
         )
 
     @classmethod
     def unpack(cls, data: bytes) -> "TickRequest":
-        """From 40 bytes. Raises struct.error when there are more or fewer."""
+        """From 56 bytes. Raises struct.error when there are more or fewer."""
         return cls(*struct.unpack(cls.FORMAT, data))
 
 

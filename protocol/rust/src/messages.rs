@@ -6,7 +6,7 @@
 use crate::Message;
 
 /// CRC-32 of the normalised DBC; `Hello` carries it, a mismatch is refused.
-pub const SCHEMA_HASH: u32 = 0x644f0fe7;
+pub const SCHEMA_HASH: u32 = 0x48fda56d;
 
 /// Length of a message's payload, `None` for an identifier that is not in the DBC.
 pub const fn length(identifier: u16) -> Option<usize> {
@@ -28,6 +28,8 @@ pub const fn length(identifier: u16) -> Option<usize> {
         OdometryHeading::ID => Some(OdometryHeading::LENGTH),
         Velocity::ID => Some(Velocity::LENGTH),
         ReferenceDistance::ID => Some(ReferenceDistance::LENGTH),
+        InertialHeading::ID => Some(InertialHeading::LENGTH),
+        Gravity::ID => Some(Gravity::LENGTH),
         Sonar::ID => Some(Sonar::LENGTH),
         Battery::ID => Some(Battery::LENGTH),
         MotorDuty::ID => Some(MotorDuty::LENGTH),
@@ -374,7 +376,7 @@ pub struct State {
     pub cause: u8,
     /// Reason byte of a stop command, or the number of the sensor or wheel.
     pub cause_detail: u8,
-    /// Bit set of active faults.
+    /// Bit set of active faults with a code below 16.
     pub faults: u16,
     /// The latest token seen.
     pub arm_token: u16,
@@ -612,6 +614,92 @@ impl Message for ReferenceDistance {
     }
 }
 
+/// What the gyroscope has turned by about the rover's vertical since it was heard first, its bias at rest
+/// taken off. Sent while there is an inertial sensor that can be believed; a gap longer than 30 ms means
+/// that turns are missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InertialHeading {
+    /// In 1e-06 rad; counts whole turns; wraps every 4294.967296 rad.
+    pub heading: i32,
+    /// In 0.001 rad/s; of the last sample.
+    pub rate: i16,
+    /// In 0.001 s; firmware clock in ms, low 16 bits.
+    pub time: u16,
+}
+
+impl Message for InertialHeading {
+    const ID: u16 = 0x075;
+    const LENGTH: usize = 8;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1, b2, b3] = self.heading.to_le_bytes();
+        let [b4, b5] = self.rate.to_le_bytes();
+        let [b6, b7] = self.time.to_le_bytes();
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 8] = payload.try_into().ok()?;
+        Some(Self {
+            heading: i32::from_le_bytes([p[0], p[1], p[2], p[3]]),
+            rate: i16::from_le_bytes([p[4], p[5]]),
+            time: u16::from_le_bytes([p[6], p[7]]),
+        })
+    }
+}
+
+/// Which way is up on base_link, as a rover at rest would feel it: 9.81 m/s^2 along z when it stands level.
+/// Sent once there has been an inertial sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Gravity {
+    /// In 0.001 m/s^2.
+    pub x: i16,
+    /// In 0.001 m/s^2.
+    pub y: i16,
+    /// In 0.001 m/s^2.
+    pub z: i16,
+    /// In 0.1 m/s^2; greatest difference between what was felt and that since the last of these messages,
+    /// saturates.
+    pub shake: u8,
+    /// 0 Settling, 1 Good, 2 Lost.
+    pub status: u8,
+}
+
+impl Message for Gravity {
+    const ID: u16 = 0x076;
+    const LENGTH: usize = 8;
+
+    fn write(&self, out: &mut [u8; 8]) {
+        let [b0, b1] = self.x.to_le_bytes();
+        let [b2, b3] = self.y.to_le_bytes();
+        let [b4, b5] = self.z.to_le_bytes();
+        let b6 = self.shake;
+        let b7 = self.status;
+        *out = [b0, b1, b2, b3, b4, b5, b6, b7];
+    }
+
+    fn read(payload: &[u8]) -> Option<Self> {
+        let p: &[u8; 8] = payload.try_into().ok()?;
+        Some(Self {
+            x: i16::from_le_bytes([p[0], p[1]]),
+            y: i16::from_le_bytes([p[2], p[3]]),
+            z: i16::from_le_bytes([p[4], p[5]]),
+            shake: p[6],
+            status: p[7],
+        })
+    }
+}
+
+/// Values of `Gravity::status`.
+pub mod gravity_status {
+    /// Settling.
+    pub const SETTLING: u8 = 0;
+    /// Good.
+    pub const GOOD: u8 = 1;
+    /// Lost.
+    pub const LOST: u8 = 2;
+}
+
 /// One ultrasonic ranging.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sonar {
@@ -719,7 +807,7 @@ impl Message for MotorDuty {
 pub struct Fault {
     /// 0 None, 1 DeadMan, 2 SonarGuard, 3 LowBattery, 4 Stall, 5 EncoderLeft, 6 EncoderRight, 7 SonarDead,
     /// 8 Underrun, 9 SegmentRejected, 10 ArmRefused, 11 QueueFull, 12 TransmitOverflow, 13 ReceiveOverflow,
-    /// 14 SchemaMismatch, 15 Watchdog.
+    /// 14 SchemaMismatch, 15 Watchdog, 16 InertialLost.
     pub code: u8,
     /// Active.
     pub active: u8,
@@ -786,6 +874,8 @@ pub mod fault_code {
     pub const SCHEMA_MISMATCH: u8 = 14;
     /// Watchdog.
     pub const WATCHDOG: u8 = 15;
+    /// InertialLost.
+    pub const INERTIAL_LOST: u8 = 16;
 }
 
 /// What the firmware's receiver has seen, since boot, wrapping.
@@ -1314,7 +1404,7 @@ pub struct CrashCause {
     /// 0 None, 1 Panic, 2 HardFault, 3 Watchdog.
     pub cause: u8,
     /// That ran, or that had shown no life for longest; 0 Idle, 1 Control, 2 EmergencyStop, 3 Sonar, 4 Can,
-    /// 5 Usb, 6 Life, 7 Link, 8 Battery.
+    /// 5 Usb, 6 Life, 7 Link, 8 Battery, 9 Inertial.
     pub task: u8,
     /// Of a panic its line in the source, else 0.
     pub detail: u16,
@@ -1378,6 +1468,8 @@ pub mod crash_cause_task {
     pub const LINK: u8 = 7;
     /// Battery.
     pub const BATTERY: u8 = 8;
+    /// Inertial.
+    pub const INERTIAL: u8 = 9;
 }
 
 /// Second answer to CrashRequest.

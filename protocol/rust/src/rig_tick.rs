@@ -36,13 +36,29 @@ pub struct TickRequest {
     pub ping: u8,
     /// 1 while a switch of the bumper is pressed.
     pub bumper: u8,
+    /// 1 while there is an inertial sensor that answers, 2 while it holds the bus.
+    pub inertial: u8,
     /// Length of the echo that it is going to hear, µs; 0: none.
     pub ping_echo_us: u32,
+    /// Rate about base_link's x as the sensor has it in its registers: 8.75 mdeg/s.
+    pub gyro_x: i16,
+    /// As for x.
+    pub gyro_y: i16,
+    /// As for x.
+    pub gyro_z: i16,
+    /// What it feels along base_link's x, likewise: 0.061 mg.
+    pub acceleration_x: i16,
+    /// As for x.
+    pub acceleration_y: i16,
+    /// As for x.
+    pub acceleration_z: i16,
+    /// Of the sensor, likewise: 1/256 K from 25 degrees Celsius.
+    pub temperature: i16,
 }
 
 impl TickRequest {
     /// Bytes on the pipe.
-    pub const SIZE: usize = 40;
+    pub const SIZE: usize = 56;
 
     /// The bytes on the pipe.
     pub fn write(&self) -> [u8; Self::SIZE] {
@@ -57,7 +73,15 @@ impl TickRequest {
         out[24..32].copy_from_slice(&self.host_bytes_due.to_le_bytes());
         out[32] = self.ping;
         out[33] = self.bumper;
+        out[34] = self.inertial;
         out[36..40].copy_from_slice(&self.ping_echo_us.to_le_bytes());
+        out[40..42].copy_from_slice(&self.gyro_x.to_le_bytes());
+        out[42..44].copy_from_slice(&self.gyro_y.to_le_bytes());
+        out[44..46].copy_from_slice(&self.gyro_z.to_le_bytes());
+        out[46..48].copy_from_slice(&self.acceleration_x.to_le_bytes());
+        out[48..50].copy_from_slice(&self.acceleration_y.to_le_bytes());
+        out[50..52].copy_from_slice(&self.acceleration_z.to_le_bytes());
+        out[52..54].copy_from_slice(&self.temperature.to_le_bytes());
         out
     }
 
@@ -76,7 +100,15 @@ impl TickRequest {
             ]),
             ping: b[32],
             bumper: b[33],
+            inertial: b[34],
             ping_echo_us: u32::from_le_bytes([b[36], b[37], b[38], b[39]]),
+            gyro_x: i16::from_le_bytes([b[40], b[41]]),
+            gyro_y: i16::from_le_bytes([b[42], b[43]]),
+            gyro_z: i16::from_le_bytes([b[44], b[45]]),
+            acceleration_x: i16::from_le_bytes([b[46], b[47]]),
+            acceleration_y: i16::from_le_bytes([b[48], b[49]]),
+            acceleration_z: i16::from_le_bytes([b[50], b[51]]),
+            temperature: i16::from_le_bytes([b[52], b[53]]),
         }
     }
 }

@@ -68,7 +68,7 @@ fn every_message_reads_and_writes_its_golden_payload_and_frame() {
         dispatch!(vector,
             EmergencyStop Stop Arm Disarm KeepAlive ClockRequest ClockReply SegmentTravel SegmentHeading
             SegmentStart MotionStatus State WheelTicks OdometryPosition OdometryHeading Velocity
-            ReferenceDistance Sonar Battery MotorDuty Fault LinkStatistics LogText Hello HelloReply
+            ReferenceDistance InertialHeading Gravity Sonar Battery MotorDuty Fault LinkStatistics LogText Hello HelloReply
             HelloBuild HelloBusy ParameterGet ParameterSet ParameterValue ParameterCommand TelemetryRate
             TestMode InjectWheels InjectSensors Reboot CrashRequest CrashCause CrashTime CrashEvent);
     }

@@ -24,6 +24,7 @@ class Frame:
     since_ffc: seconds between the last renewal of the offsets and the exposure; None where nobody knows.
     kelvin_per_count: what one count means; None for a sensor's raw counts, which are no temperatures.
     camera: what delivered it, as far as it says; may be empty.
+    shown: (H, W), False where a picture that was put right holds nothing; None: all of it is a picture.
     doubt: why the counts cannot be temperatures of ground, where that is known.
     Raises BadInput when `counts` is not a 16-bit picture.
     """
@@ -36,6 +37,7 @@ class Frame:
     kelvin_per_count: float | None = KELVIN_PER_COUNT
     camera: str = ""
     doubt: str | None = None
+    shown: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         if self.counts.ndim != 2 or self.counts.dtype != np.uint16:

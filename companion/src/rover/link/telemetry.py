@@ -21,6 +21,30 @@ class WheelMotion:
 
 
 @dataclass(frozen=True)
+class Turned:
+    """What the gyroscope has turned by, radians, unwrapped: only differences mean anything. rate: radians a second."""
+
+    time: float
+    heading: float
+    rate: float
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """The vertical on base_link, m/s². shake: greatest difference of what was felt since the last one, m/s².
+
+    status: "Settling" until the gyroscope's bias is known, "Good", or "Lost".
+    """
+
+    time: float
+    x: float
+    y: float
+    z: float
+    shake: float
+    status: str
+
+
+@dataclass(frozen=True)
 class SonarRange:
     """One ranging: sensor 0 left, 1 centre, 2 right; `status` "Ok", "NoEcho" or "Dead"; `range_m` None unless Ok."""
 
@@ -157,8 +181,8 @@ class CrashPiece:
 
 
 Telemetry = (
-    WheelMotion | SonarRange | FirmwareState | Battery | Velocity | Odometry | ReferenceDistance | MotionStatus
-    | MotorDuty | FaultReport | LinkQuality | LogLine | ParameterValue | CrashPiece
+    WheelMotion | Turned | Gravity | SonarRange | FirmwareState | Battery | Velocity | Odometry | ReferenceDistance
+    | MotionStatus | MotorDuty | FaultReport | LinkQuality | LogLine | ParameterValue | CrashPiece
 )  # fmt: skip
 
 
@@ -180,6 +204,7 @@ class TelemetryReader:
         self._position: tuple[int, int] | None = None
         self._heading = 0
         self._commanded_heading = 0
+        self._turned = 0
         self._text = bytearray()
 
     def read(self, name: str, raw: dict[str, int | bytes], received: float) -> Telemetry | None:
@@ -197,6 +222,15 @@ class TelemetryReader:
         self._right = unwrap(raw["right"], 24, self._right)
         time = self._clock.stamp(raw["time"], received, unit_us=1000, bits=16)
         return WheelMotion(time, self._left, self._right)
+
+    def _turn(self, raw: dict[str, int], received: float) -> Turned:
+        self._turned = unwrap(raw["heading"], 32, self._turned)
+        time = self._clock.stamp(raw["time"], received, unit_us=1000, bits=16)
+        return Turned(time, self._turned * 1e-6, raw["rate"] * 1e-3)
+
+    def _gravity(self, raw: dict[str, int], received: float) -> Gravity:
+        x, y, z = (raw[axis] * 1e-3 for axis in "xyz")
+        return Gravity(received, x, y, z, raw["shake"] * 0.1, _name("Gravity", "status", raw["status"]))
 
     def _sonar(self, raw: dict[str, int], received: float) -> SonarRange:
         status = _name("Sonar", "status", raw["status"])
@@ -279,6 +313,8 @@ class TelemetryReader:
 
 _BUILDERS: dict[str, Callable[[TelemetryReader, dict[str, int], float], Telemetry | None]] = {
     "WheelTicks": TelemetryReader._wheels,
+    "InertialHeading": TelemetryReader._turn,
+    "Gravity": TelemetryReader._gravity,
     "Sonar": TelemetryReader._sonar,
     "State": TelemetryReader._state,
     "Battery": TelemetryReader._battery,

@@ -55,6 +55,7 @@ class FaultCode(StrEnum):
     RECEIVE_OVERFLOW = "ReceiveOverflow"
     SCHEMA_MISMATCH = "SchemaMismatch"
     WATCHDOG = "Watchdog"
+    INERTIAL_LOST = "InertialLost"
 
 
 class SonarStatus(StrEnum):

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rover.capture.frame import Frame
 from rover.vision.camera.model import CameraModel
 
 # Ground farther ahead than this is too coarse in the picture to count as seen, metres.
@@ -41,3 +42,12 @@ class CameraView:
         self.points = points[self.inside].astype(np.float32)
         self.maps = uv[self.inside].astype(np.float32).reshape(-1, 1, 2)
         self.offset = self.points - np.array([camera.x, camera.y], np.float32)
+
+
+def holds(frame: Frame, maps: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which points (N, 1, 2) of a picture the frame really holds, (N,)."""
+    if frame.shown is None:
+        return np.ones(len(maps), bool)
+    columns, rows = np.round(maps[:, 0]).astype(np.intp).T
+    inside: NDArray[np.bool_] = frame.shown[rows, columns]
+    return inside

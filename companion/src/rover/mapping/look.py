@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
-from rover.mapping.camera_view import CameraView
+from rover.mapping.camera_view import CameraView, holds
 from rover.mapping.rectangle import Rectangle
 from rover.mapping.shadow import obstacle_cover
 from rover.mapping.spot import ClassifiedSpot
@@ -40,6 +40,7 @@ def look_at(
     """What a frame from `pose` shows within `limits`; None when it shows nothing there."""
     columns, rows = np.floor(pose.transform(view.points.astype(np.float64)) / resolution).astype(np.intp).T
     inside = (rows >= limits.top) & (columns >= limits.left) & (rows < limits.bottom) & (columns < limits.right)
+    inside &= holds(frame, view.maps)
     if not inside.any():
         return None
     # The stub does not know that a map of two channels needs no second map.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
 from rover.geometry import Pose2
-from rover.mapping.camera_view import CameraView
+from rover.mapping.camera_view import CameraView, holds
 from rover.mapping.rectangle import Rectangle
 from rover.vision.camera.model import CameraModel
 
@@ -77,7 +77,9 @@ class Parallax:
         self._last = pose
         if self._view is None or self._view.camera is not camera:
             self._view = CameraView(camera, 0.75 * self.resolution)
-        near = self._view.points[:, 0] <= RANGE
+        near = (self._view.points[:, 0] <= RANGE) & holds(frame, self._view.maps)
+        if not near.any():
+            return None
         points = pose.transform(self._view.points[near].astype(np.float64))
         columns, rows = np.floor(points / self.resolution).astype(np.intp).T
         # The stub does not know that a map of two channels needs no second map.

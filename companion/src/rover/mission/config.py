@@ -11,6 +11,8 @@ from typing import Any
 from rover.errors import BadInput, NoPath
 from rover.geometry import Pose2
 from rover.link.baud import DEFAULT_BAUD
+from rover.mission.beside import beside
+from rover.mission.field import FIELD_KEYS, FieldSettings, read_field
 from rover.mission.outline import STRIP_M, inside
 from rover.report.projected import georeference
 from rover.report.site import Georeference, GridPosition, Site
@@ -21,18 +23,6 @@ from rover.vision.camera.file import load_camera
 from rover.vision.registration.steps import LOCALIZATION_STEPS, STEPS
 
 SHIPPED = Path(__file__).resolve().parent.parent / "missions"
-# How things lie in a simulated field: apart, with room to drive, or as it comes.
-PLACEMENTS = ("spaced", "random")
-SOILS = ("dry-sand", "loam", "clay", "moist-clay")
-# What lies in a simulated field of FULL_FIELD_M2 or more where the mission file does not say.
-DEFAULT_ROCKS = 5
-DEFAULT_GRASS = 4
-DEFAULT_SURFACE_MINES = 2
-DEFAULT_DEPTHS_CM = (1.0, 2.0, 5.0)
-# Smaller fields get fewer, narrow ones as well; below MIN_FIELD_SIDE_M nothing can lie that the rover gets past.
-FULL_FIELD_M2 = 12.0
-FULL_FIELD_SIDE_M = 2.0
-MIN_FIELD_SIDE_M = 1.2
 MAX_SIDE_M = 100.0
 # An outline around less encloses no room for the rover.
 MIN_AREA_M2 = 0.25
@@ -55,7 +45,7 @@ SECTIONS = {
     "localization": ("sources",),
     "markers": ("plates", "side_m"),
     "detector": ("model", "report_threshold", "keepout_radius_m", "standoff_m"),
-    "field": ("soil", "rocks", "grass", "surface_mines", "buried_mine_depths_cm", "placement", "world"),
+    "field": FIELD_KEYS,
 }
 
 
@@ -121,22 +111,6 @@ class Plates:
 
 
 @dataclass(frozen=True)
-class FieldSettings:
-    """What lies in the simulated field; only simulated rigs read it.
-
-    world: path of the file that says how unfriendly it is, or the name of one that ships with the rigs; "" for none.
-    """
-
-    soil: str
-    rocks: int
-    grass: int
-    surface_mines: int
-    buried_mine_depths: tuple[float, ...]
-    placement: str = "spaced"
-    world: str = ""
-
-
-@dataclass(frozen=True)
 class Mission:
     """A whole mission file. required_coverage: share of the ground that can be seen, from which a survey is done."""
 
@@ -194,7 +168,7 @@ def from_document(document: dict[str, Any], file: Path) -> Mission:
         sources=_sources(tables["localization"]),
         plates=_plates(tables["markers"], area),
         detector=_detector(tables["detector"], file),
-        field=_field(tables["field"], area, file),
+        field=read_field(tables["field"], area.width, area.height, file),
     )
     _check_places(mission)
     return mission
@@ -273,29 +247,17 @@ def _launch(table: Table, vehicle: Vehicle) -> Launch:
     return Launch(Pose2(x, y, heading), surveyed)
 
 
-def _beside(table: Table, key: str, file: Path, name: str) -> str:
-    """A file named in a mission file, relative to that file."""
-    try:
-        path = (file.parent / name).resolve()
-        found = path.is_file()
-    except (OSError, ValueError):
-        raise table.error(key, f"{name!r} is no file name") from None
-    if not found:
-        raise table.error(key, f"{path}: no such file")
-    return str(path)
-
-
 def _rover(table: Table, file: Path) -> RoverSettings:
     vehicle, vehicle_file = STANDARD, table.text("vehicle", "")
     if vehicle_file:
-        vehicle_file = _beside(table, "vehicle", file, vehicle_file)
+        vehicle_file = beside(table, "vehicle", file, vehicle_file)
         try:
             vehicle = load_vehicle(Path(vehicle_file))
         except BadInput as error:
             raise table.error("vehicle", str(error)) from None
     camera = table.text("camera", vehicle.camera or "lepton-160")
     if camera.endswith(".toml"):
-        camera = _beside(table, "camera", file, camera)
+        camera = beside(table, "camera", file, camera)
     try:
         load_camera(camera)
     except BadInput as error:
@@ -340,40 +302,13 @@ def _plates(table: Table, area: Area) -> Plates:
 def _detector(table: Table, file: Path) -> DetectorSettings:
     model = table.text("model", "")
     if model:
-        model = _beside(table, "model", file, model)
+        model = beside(table, "model", file, model)
     return DetectorSettings(
         model=model,
         report_threshold=table.number("report_threshold", 0.01, 0.99, 0.3),
         keepout_radius=table.number("keepout_radius_m", 0.05, 2.0, 0.15),
         standoff=table.number("standoff_m", 0.2, 2.0, 0.45),
     )
-
-
-def _field(table: Table, area: Area, file: Path) -> FieldSettings:
-    share = _default_share(area)
-    mines = round((DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)) * share)
-    buried = round(mines * len(DEFAULT_DEPTHS_CM) / (DEFAULT_SURFACE_MINES + len(DEFAULT_DEPTHS_CM)))
-    depths = table.numbers("buried_mine_depths_cm", 0.5, 15.0, DEFAULT_DEPTHS_CM[:buried])
-    world = table.text("world", "")
-    if world.endswith(".toml"):
-        world = _beside(table, "world", file, world)
-    return FieldSettings(
-        soil=table.choice("soil", SOILS, "loam"),
-        rocks=table.integer("rocks", 0, 200, round(DEFAULT_ROCKS * share)),
-        grass=table.integer("grass", 0, 200, round(DEFAULT_GRASS * share)),
-        surface_mines=table.integer("surface_mines", 0, 100, mines - buried),
-        buried_mine_depths=tuple(depth / 100.0 for depth in depths),
-        placement=table.choice("placement", PLACEMENTS, PLACEMENTS[0]),
-        world=world,
-    )
-
-
-def _default_share(area: Area) -> float:
-    """How much of the full default field fits into an area with room to drive: 1 from FULL_FIELD_M2 on."""
-    side = min(area.width, area.height)
-    if side < MIN_FIELD_SIDE_M:
-        return 0.0
-    return min(1.0, area.width * area.height / FULL_FIELD_M2) * min(1.0, side / FULL_FIELD_SIDE_M)
 
 
 def _check_places(mission: Mission) -> None:

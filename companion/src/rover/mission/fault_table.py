@@ -33,6 +33,14 @@ class Check(StrEnum):
     NO_SIGHT = "NoSight"
     # What is left in the battery is needed for the way back.
     BATTERY_RESERVE = "BatteryReserve"
+    # Wheels and gyroscope disagree about how far the rover has turned.
+    SLIPPING = "Slipping"
+    # It leans by more than the vehicle may.
+    STEEP = "Steep"
+    # It lies on its side.
+    TIPPED = "Tipped"
+    # Somebody has lifted it, or turns it about.
+    HANDLED = "Handled"
     # The log or the survey cannot be written.
     LOG = "Log"
 
@@ -92,6 +100,7 @@ FIRMWARE: dict[FaultCode, Row] = {
     FaultCode.RECEIVE_OVERFLOW: Row(GOES, NOTE, "the firmware was sent more than it can take"),
     FaultCode.SCHEMA_MISMATCH: Row(TAKEN_BACK, NOTE, "somebody with another protocol speaks to the firmware, too"),
     FaultCode.WATCHDOG: Row(TAKEN_BACK, END, "the board has been restarted by its watchdog"),
+    FaultCode.INERTIAL_LOST: Row(GOES, NOTE, "the inertial sensor is not believed: wheels and camera do without"),
 }
 """Every fault of the protocol but None."""
 
@@ -104,6 +113,10 @@ CHECKS: dict[Check, Row] = {
     Check.NO_MOTION: Row(GOES, END, "the firmware acknowledges motion and the wheels do not turn"),
     Check.NO_SIGHT: Row(REFUSED, WAIT, "the camera shows nothing", 30.0),
     Check.BATTERY_RESERVE: Row(REFUSED, HOME, "the battery is needed for the way back"),
+    Check.SLIPPING: Row(GOES, SLOW, "the wheels slip: they turn otherwise than the rover"),
+    Check.STEEP: Row(REFUSED, END, "the ground is steeper than the vehicle may climb"),
+    Check.TIPPED: Row(REFUSED, END, "the rover has fallen over"),
+    Check.HANDLED: Row(REFUSED, WAIT, "somebody holds the rover: its place will be another one", 60.0),
     Check.LOG: Row(REFUSED, END, "the log or the survey cannot be written", status=RunStatus.PARTIAL),
 }
 """Every check of the mission."""

@@ -23,12 +23,16 @@ from rover.link.words import SonarStatus
 from rover.mapping.parallax import Parallax
 from rover.mapping.survey_grid import SurveyGrid
 from rover.mission.config import Mission
+from rover.mission.fault_table import Check
 from rover.mission.goals import Goal
+from rover.mission.handling import Handling
+from rover.mission.inertial import Inertial
 from rover.mission.keepout import KeepOut, Zone
 from rover.mission.markers import Markers
 from rover.mission.surroundings import among_things
 from rover.record.relative_error import RelativePose
 from rover.vehicle import Vehicle
+from rover.vision.camera.level import levelled
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.cold_plate import without
 from rover.vision.localization.fix import Fix
@@ -98,6 +102,8 @@ class Perception:
         self._rectifier = GroundRectifier(camera)
         self._area = (area.width, area.height)
         self._counts: tuple[int, int] | None = None
+        self.handling = Handling(vehicle)
+        self.inertial = Inertial()
         self._moving = False
         self._time = 0.0
         self._shown = self._shown_before = 0  # frames that showed ground: the shutter open, the place known
@@ -188,13 +194,16 @@ class Perception:
 
     def take(self, event: Telemetry) -> None:
         """One piece of telemetry."""
+        self.inertial.take(event)
+        self._feel(event)
         if isinstance(event, WheelMotion):
+            turn = self.inertial.turn(event.time)
             if self._counts is not None:
                 scales = self.vehicle.wheel_scales
                 left = (event.left_counts - self._counts[0]) * scales[0]
                 right = (event.right_counts - self._counts[1]) * scales[1]
                 if self._by_wheels:
-                    self.localizer.predict(event.time, left, right)
+                    self.localizer.predict(event.time, left, right, turn)
                 self._moving = max(abs(left), abs(right)) > STANDING
             self._time = event.time
             self._counts = (event.left_counts, event.right_counts)
@@ -204,9 +213,19 @@ class Perception:
         elif isinstance(event, Battery):
             self.battery = event
 
+    def _feel(self, event: Telemetry) -> None:
+        """Whoever is lifted, and whoever is set down, is somewhere else."""
+        before = Check.HANDLED in self.handling.active
+        self.handling.take(event)
+        if before != (Check.HANDLED in self.handling.active):
+            self.localizer.lose()
+
     def see(self, frame: Frame, now: float) -> bool:
         """One frame: where was it taken, what does it show? True when the map has changed."""
         self.frames += 1
+        up = self.inertial.up(frame.time)
+        if up is not None and not frame.ffc:
+            frame = levelled(frame, self.camera, up)
         plates = self.markers.recognised(self.markers.find(frame), self.localizer.view_at(frame.time), self.sigma)
         frame = without(frame, [spot for _, spot in plates])
         self.last_fix = self.localizer.observe(frame)

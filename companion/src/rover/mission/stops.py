@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from rover.link.words import StopCause
-from rover.mission.config import FULL_FIELD_M2
+from rover.mission.field import FULL_FIELD_M2
 from rover.outcome import Outcome, RunStatus
 
 # Stops of one cause after which the rover is armed again; of a cause that is not named here, none.

@@ -57,6 +57,8 @@ LOOK_TURNS = 4
 SEEK_TURNS = 6
 # Seconds that an inspection looks: eight frames.
 INSPECTION_TIME_S = 1.0
+# Seconds that the mission waits for the bias of a gyroscope before it sets off.
+SETTLING_S = 3.0
 # Seconds of looking after each step of a seek: pictures of a turning camera fit less often than those of one at rest.
 SEEK_PAUSE_S = 0.5
 
@@ -147,6 +149,8 @@ class Survey:
         if self.phase is Phase.START:
             if self.conclusion.end is not None:  # nobody is armed who has been told to stop
                 self.conclude(now)
+                return Orders()
+            if self.perception.inertial.settling and self.watch.lasted(now) < SETTLING_S:
                 return Orders()
             self.happen(Event.CONNECTED, now)
             return Orders(arm=True)

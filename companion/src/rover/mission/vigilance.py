@@ -50,7 +50,8 @@ def heed_faults(
     else:
         checks.stands()
     desk.take(telemetry)
-    desk.act(survey, now, firmware, checks.active, checks.details)
+    active = checks.active | survey.perception.handling.active
+    desk.act(survey, now, firmware, active, checks.details)
 
 
 def heed_gap(survey: Conduct, now: float) -> None:

@@ -10,12 +10,12 @@ from rover_protocol.parameters import BY_NAME
 from rover.errors import BadInput
 from rover.toml_table import Table
 from rover.vehicle.firmware import Q15, keys_of, read_settings
-from rover.vehicle.model import SONARS, STANDARD, Limits, Pack, SonarMount, Vehicle
+from rover.vehicle.model import SONARS, STANDARD, STANDARD_SLOPE_DEG, Limits, Pack, SonarMount, Vehicle
 
 EXAMPLE = Path(__file__).parent / "example.toml"
 
 TABLES = {
-    "body": ("radius_m",),
+    "body": ("radius_m", "slope_deg"),
     "wheels": ("track_m", "radius_m", "right_radius_m", "counts_per_revolution"),
     "travel": ("speed_m_s", "acceleration_m_s2", "jerk_m_s3"),
     "battery": ("cells", "capacity_wh", "resistance_ohm", "power_w", "low_v", *keys_of("battery")),
@@ -44,6 +44,7 @@ def load_vehicle(path: Path) -> Vehicle:
     radius = wheels.number("radius_m", 0.005, 0.5, STANDARD.wheel_radius)
     vehicle = Vehicle(
         radius=tables["body"].number("radius_m", 0.05, 2.0, STANDARD.radius),
+        max_slope=math.radians(tables["body"].number("slope_deg", 1.0, 45.0, STANDARD_SLOPE_DEG)),
         track_width=wheels.number("track_m", 0.05, 1.0, STANDARD.track_width),
         wheel_radius=radius,
         right_wheel_radius=wheels.number("right_radius_m", 0.8 * radius, 1.25 * radius, radius),

@@ -18,6 +18,9 @@ TYRE_REACH_M = 0.02
 SONARS = 3
 
 
+STANDARD_SLOPE_DEG = 15.0
+
+
 @dataclass(frozen=True)
 class SonarMount:
     """Where an HC-SR04 sits on base_link, and the half-angle of its cone."""
@@ -77,6 +80,8 @@ class Vehicle:
     settings: tuple[tuple[str, int], ...] = ()
     camera: str = ""
     baud: int | None = None
+    # What it may lean by at most, radians.
+    max_slope: float = math.radians(STANDARD_SLOPE_DEG)
 
     @property
     def wheel_scales(self) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 //! wild measurements, and what must hold whatever comes. Deterministic: the seed decides everything.
 
 use rover_core::storage::{Flash, FlashError, BLOCK};
-use rover_core::{Core, Identity, Inputs, Outputs, SonarEcho};
+use rover_core::{Core, Identity, InertialSample, Inputs, Outputs, SonarEcho};
 use rover_protocol::framing::{encode, Decoder, MAX_FRAME};
 use rover_protocol::messages as m;
 use rover_protocol::Message;
@@ -292,6 +292,7 @@ impl Episode {
             emergency_stop: random.below(5_000) == 0,
             bumper: random.below(2_000) == 0,
             sonar,
+            inertial: inertial_sample(random),
         }
     }
 
@@ -447,4 +448,14 @@ impl Episode {
         self.sequence = self.sequence.wrapping_add(1);
         self.wire.extend_from_slice(&out[..count]);
     }
+}
+
+/// Anything that sixteen bits may say, every fourth tick.
+fn inertial_sample(random: &mut Random) -> Option<InertialSample> {
+    let wide = random.below(16);
+    (random.below(4) == 0).then(|| InertialSample {
+        gyro: std::array::from_fn(|_| random.next() as i16 >> wide),
+        acceleration: std::array::from_fn(|_| random.next() as i16 >> random.below(16)),
+        temperature: random.next() as i16,
+    })
 }

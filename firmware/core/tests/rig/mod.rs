@@ -5,7 +5,7 @@ mod motor;
 
 pub use motor::{Motor, MotorKind, HEAVY, LIGHT};
 
-use rover_core::{Core, Identity, Inputs, Outputs, SonarEcho};
+use rover_core::{Core, Identity, InertialSample, Inputs, Outputs, SonarEcho};
 use rover_protocol::framing::{encode_message, Decoder, Frame, MAX_FRAME};
 use rover_protocol::messages as m;
 use rover_protocol::Message;
@@ -39,6 +39,8 @@ pub struct Rig {
     pub battery_mv: u16,
     pub emergency_stop: bool,
     pub bumper: bool,
+    /// Of each fourth tick, when there is a sensor.
+    pub inertial: Option<InertialSample>,
     /// Range that each sonar sees, mm; None is a timeout.
     pub ranges_mm: [Option<u32>; 3],
     pub now_us: u64,
@@ -66,6 +68,7 @@ impl Rig {
             battery_mv: 7_400,
             emergency_stop: false,
             bumper: false,
+            inertial: None,
             ranges_mm: [None; 3],
             now_us: 0,
             outputs: Outputs::default(),
@@ -164,6 +167,7 @@ impl Rig {
             emergency_stop: self.emergency_stop,
             bumper: self.bumper,
             sonar: due.map(|(_, echo)| echo),
+            inertial: self.inertial_sample(),
         };
         self.outputs = self.core.tick(&inputs);
         if let Some(sensor) = self.outputs.sonar_trigger {
@@ -189,6 +193,16 @@ impl Rig {
             self.frames
                 .extend(bytes[..count].iter().filter_map(|byte| decoder.push(*byte)));
         }
+    }
+
+    /// Every fourth tick, and never twice the same: noise changes the last bit.
+    fn inertial_sample(&self) -> Option<InertialSample> {
+        let sample = self.inertial?;
+        let noise = (self.now_us / 4_000 % 2) as i16;
+        self.now_us.is_multiple_of(4_000).then_some(InertialSample {
+            temperature: sample.temperature + noise,
+            ..sample
+        })
     }
 
     pub fn run_ms(&mut self, milliseconds: u64) {

@@ -98,10 +98,18 @@ class GroundRectifier:
             )
         laid = cv2.remap(frame.kelvin(), *self._maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         kelvin = np.asarray(laid, np.float32)
-        median = float(np.median(kelvin[self.valid]))
-        kelvin[~self.valid] = median
+        valid = self._valid_of(frame)
+        median = float(np.median(kelvin[valid]))
+        kelvin[~valid] = median
         eye = (self.camera.x, self.camera.y, self.camera.z)
-        return GroundImage(kelvin, self.valid, self._scale, self._far, self._left, eye, median)
+        return GroundImage(kelvin, valid, self._scale, self._far, self._left, eye, median)
+
+    def _valid_of(self, frame: Frame) -> NDArray[np.bool_]:
+        if frame.shown is None:
+            return self.valid
+        held = cv2.remap(frame.shown.astype(np.uint8), *self._maps, cv2.INTER_NEAREST)
+        both: NDArray[np.bool_] = self.valid & (held > 0)
+        return both if both.any() else self.valid
 
 
 @lru_cache(maxsize=4)

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rover.capture.frame import Frame
-from rover.geometry import Pose2, wrap_angle
+from rover.geometry import Pose2, between, wrap_angle
 from rover.vision.camera.model import CameraModel
 from rover.vision.localization.atlas import Atlas
 from rover.vision.localization.fix import Fix
 from rover.vision.localization.keyframe_map import KeyframeMap
 from rover.vision.localization.keyframes import Keyframe, KeyframeStore
-from rover.vision.localization.motion_history import MotionHistory
-from rover.vision.localization.motion_model import ROBOT, advance, advance_freely
+from rover.vision.localization.motion_history import MotionHistory, Travel
+from rover.vision.localization.motion_model import ROBOT, advance, advance_freely, advance_turned, rolled
 from rover.vision.localization.observation import Mark, Observation, Observer, no_mark
 from rover.vision.localization.placement import Placement, place, search_area
 from rover.vision.localization.pose_filter import Moved, PoseFilter, difference
@@ -132,24 +132,27 @@ class Localizer:
         """All keyframes as they are believed to lie, for a next run."""
         return self.atlas.map
 
+    def lose(self) -> None:
+        """Somebody has moved the rover: lost, until frames show a known place."""
+        self._contradicted = max(self._contradicted, self.settings.lost_after)
+        self.filter.doubt(NOWHERE)
+        self._catch_up()
+
     def _begin_lost(self, known: KeyframeMap) -> None:
         self.atlas.restore(known, self.settings.motion_sigma, NOWHERE)
         self._contradicted = self.settings.lost_after
         self._catch_up()
 
-    def predict(self, time: float, left: float, right: float) -> None:
-        """Wheel travel in metres that ends at `time`. Raises ValueError where motion comes from frames alone."""
+    def predict(self, time: float, left: float, right: float, turn: float | None = None) -> None:
+        """Wheel travel in metres that ends at `time`; turn: what a gyroscope turned by, radians, where there is one.
+
+        Raises ValueError where motion comes from frames alone.
+        """
         if self.settings.motion == "frames":
             raise ValueError("wheel travel for a localizer that is to work on frames alone")
-        travel = self._history.add(time, left, right)
-        self._step_front(travel.left, travel.right)
-        turn = (right - left) / self.settings.track_width
-        ahead, middle = 0.5 * (left + right), self.odometry_only.heading + 0.5 * turn
-        self.odometry_only = Pose2(
-            self.odometry_only.x + ahead * math.cos(middle),
-            self.odometry_only.y + ahead * math.sin(middle),
-            wrap_angle(self.odometry_only.heading + turn),
-        )
+        travel = self._history.add(time, left, right, turn)
+        self._step_front(travel)
+        self.odometry_only = rolled(self.odometry_only, left, right, self.settings.track_width)
         if not math.isfinite(self._filter_time):
             self._filter_time = travel.begin
         if time - self._filter_time > self.settings.max_lag:
@@ -163,14 +166,14 @@ class Localizer:
             if self.settings.motion == "frames" and math.isfinite(self._filter_time):
                 robot, _, _ = advance_freely(robot, time - self._filter_time, self.settings.free_noise)
             for travel in self._history.until(time):
-                robot, _, _ = self._advance(robot, travel.left, travel.right)
+                robot, _, _ = self._advance(robot, travel)
             return self._in_map(_pose(robot))
         later = (self._filter_time, self._in_map(_pose(self.filter.mean)))
         for at, submap, state in reversed(self._past):
             earlier = (at, self.atlas.graph.poses[submap].compose(_pose(state)))
             if at <= time:
                 span = later[0] - at
-                return _between(earlier[1], later[1], (time - at) / span if span > 0.0 else 0.0)
+                return between(earlier[1], later[1], (time - at) / span if span > 0.0 else 0.0)
             later = earlier
         return later[1]
 
@@ -349,8 +352,11 @@ class Localizer:
         count, residual = made.found.count, made.found.residual_px
         return Fix(time, accepted, reason, len(seen), made.matches, count, residual, at.x, at.y, at.heading)
 
-    def _advance(self, robot: Array, left: float, right: float) -> tuple[Array, Array, Array]:
-        return advance(robot, left, right, self.settings.track_width, self.settings.noise)
+    def _advance(self, robot: Array, travel: Travel) -> tuple[Array, Array, Array]:
+        s = self.settings
+        if travel.turn is None:
+            return advance(robot, travel.left, travel.right, s.track_width, s.noise)
+        return advance_turned(robot, travel, travel.turn, s.track_width, s.noise, s.gyro)
 
     def _move_filter(self, time: float) -> None:
         """The filter up to `time` by all wheel reports until then; what none covers adds uncertainty."""
@@ -364,9 +370,9 @@ class Localizer:
         robot = self.filter.mean[:ROBOT].copy()
         jacobian, added = np.eye(ROBOT), np.zeros((ROBOT, ROBOT))
         for travel in self._history.take_until(time):
-            if travel.left == 0.0 and travel.right == 0.0:
+            if travel.still:
                 continue
-            robot, step, noise = self._advance(robot, travel.left, travel.right)
+            robot, step, noise = self._advance(robot, travel)
             jacobian = step @ jacobian
             added = step @ added @ step.T + noise
         reached = max(self._filter_time, self._history.newest)
@@ -390,26 +396,17 @@ class Localizer:
     def _at_filter(self) -> Moved:
         return Moved(self.filter.mean[:ROBOT].copy(), np.eye(ROBOT), np.zeros((ROBOT, ROBOT)))
 
-    def _step_front(self, left: float, right: float) -> None:
-        if left == 0.0 and right == 0.0:
+    def _step_front(self, travel: Travel) -> None:
+        if travel.still:
             return
-        self._front = self._front.then(*self._advance(self._front.robot, left, right))
+        self._front = self._front.then(*self._advance(self._front.robot, travel))
 
     def _catch_up(self) -> None:
         """The newest pose from the corrected filter and the wheel reports that came after the frame."""
         self._front = self._at_filter()
         for travel in self._history.until(math.inf):
-            self._step_front(travel.left, travel.right)
+            self._step_front(travel)
 
 
 def _pose(state: Array) -> Pose2:
     return Pose2(float(state[0]), float(state[1]), wrap_angle(float(state[2])))
-
-
-def _between(earlier: Pose2, later: Pose2, share: float) -> Pose2:
-    turn = wrap_angle(later.heading - earlier.heading)
-    return Pose2(
-        earlier.x + share * (later.x - earlier.x),
-        earlier.y + share * (later.y - earlier.y),
-        wrap_angle(earlier.heading + share * turn),
-    )

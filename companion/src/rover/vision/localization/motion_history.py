@@ -10,12 +10,18 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Travel:
-    """What both wheels travelled (metres) from `begin` to `end` (seconds)."""
+    """What both wheels travelled (metres) from `begin` to `end` (seconds); turn: what a gyroscope turned by, if any."""
 
     begin: float
     end: float
     left: float
     right: float
+    turn: float | None = None
+
+    @property
+    def still(self) -> bool:
+        """Neither wheel has moved, and no gyroscope says otherwise."""
+        return self.left == 0.0 and self.right == 0.0 and not self.turn
 
     def split(self, time: float) -> tuple[Travel | None, Travel | None]:
         """The parts before and after `time`, at even speed."""
@@ -24,8 +30,10 @@ class Travel:
         if time >= self.end:
             return self, None
         share = (time - self.begin) / (self.end - self.begin)
-        first = Travel(self.begin, time, share * self.left, share * self.right)
-        return first, Travel(time, self.end, self.left - first.left, self.right - first.right)
+        turned = None if self.turn is None else share * self.turn
+        rest = None if self.turn is None or turned is None else self.turn - turned
+        first = Travel(self.begin, time, share * self.left, share * self.right, turned)
+        return first, Travel(time, self.end, self.left - first.left, self.right - first.right, rest)
 
 
 class MotionHistory:
@@ -35,10 +43,10 @@ class MotionHistory:
         self._waiting: deque[Travel] = deque()
         self.newest = -math.inf
 
-    def add(self, time: float, left: float, right: float) -> Travel:
+    def add(self, time: float, left: float, right: float, turn: float | None = None) -> Travel:
         """A report that ends at `time` and begins where the last one ended."""
         begin = self.newest if math.isfinite(self.newest) else time
-        travel = Travel(min(begin, time), time, left, right)
+        travel = Travel(min(begin, time), time, left, right, turn)
         self._waiting.append(travel)
         self.newest = max(self.newest, time)
         return travel

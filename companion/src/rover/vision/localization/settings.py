@@ -7,7 +7,7 @@ from typing import Literal
 
 from rover.vehicle import STANDARD
 from rover.vision.localization.keyframes import KeyframeSettings
-from rover.vision.localization.motion_model import FreeMotionNoise, MotionNoise
+from rover.vision.localization.motion_model import FreeMotionNoise, GyroNoise, MotionNoise
 from rover.vision.localization.placement import PlacementSettings
 from rover.vision.localization.relocation import RelocationSettings
 from rover.vision.registration.features import FeatureSettings
@@ -50,6 +50,7 @@ class LocalizerSettings:
     relocation: RelocationSettings = field(default_factory=RelocationSettings)
     keyframes: KeyframeSettings = field(default_factory=KeyframeSettings)
     noise: MotionNoise = field(default_factory=MotionNoise)
+    gyro: GyroNoise = field(default_factory=GyroNoise)
     free_noise: FreeMotionNoise = field(default_factory=FreeMotionNoise)
 
     @property

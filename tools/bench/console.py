@@ -16,9 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import psutil
 from rover.errors import BadInput
 from rover_hil.testing.served import ServedRig
 from websockets.asyncio.client import connect
@@ -26,6 +25,9 @@ from websockets.typing import Origin
 
 from companion.tests.console.browser_page import Console, browser
 from companion.tests.console.served import Served, serving
+
+if TYPE_CHECKING:
+    import psutil
 
 MISSION = Path(__file__).resolve().parents[2] / "hil_tests" / "tests" / "missions" / "small.toml"
 PATIENCE_S = 120.0
@@ -111,6 +113,8 @@ def seated(served: Served) -> str:
 
 def started(served: Served, cookie: str, content: dict[str, Any]) -> tuple[str, psutil.Process]:
     """A mission that drives, and its process."""
+    import psutil  # of the development packages alone: the help works without
+
     status, told, _ = served.ask("POST", "/api/runs", content, cookie)
     if status != 200:
         raise BadInput(str(told))

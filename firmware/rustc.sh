@@ -4,7 +4,7 @@
 # Cargo tells crates beside pico's own workspace apart by their whole path, from which rustc makes the names of their
 # symbols, and from these their order in flash: here name and version tell them apart.
 #
-# usage: RUSTC_WRAPPER=firmware/rustc.sh cargo build
+# Set RUSTC_WRAPPER to this file for a build.
 set -eu
 
 case ${CARGO_PKG_NAME:-} in

@@ -128,7 +128,7 @@ def test_a_whole_mission_in_real_time_keeps_the_invariants_and_replays_identical
     code, out, err = real.run("real-time")
     assert code == 0, err
     assert "not known, nobody counts on a real field" in out
-    assert err.count("rover: ok ") == 11, err
+    assert err.count("rover: ok ") == 12, err
 
     told = real.summary
     assert (told["status"], told["rig"], told["wall_clock"]) == ("done", "device", None)

@@ -113,7 +113,7 @@ def test_what_cannot_be_done_is_said_in_one_line(sitl: Serve) -> None:
     rig = sitl()
     assert rig.send(b"pause")["error"].startswith("request: not valid JSON")
     assert rig.send(b"[]")["error"] == 'request: a JSON object is expected, as {"op": "pause"}'
-    assert rig.send(b"{}")["error"] == "request: op: missing; there is pause, go, fault, set_down, tape, judge, stop"
+    assert rig.send(b"{}")["error"] == "request: op: missing; there is pause, go, fault, set_down, tape, motors, judge, stop"
     assert "did you mean pause?" in rig.refusal("pauze")
     assert "unknown key" in rig.refusal("go", fast=True)
     assert "'serial-cut' is not one of" in rig.refusal("fault", fault="serial-cut")
@@ -156,7 +156,7 @@ def test_the_referee_and_the_truth_are_told(sitl: Serve, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("demo", "--world", "w.toml"), "--world w.toml: this version has no world files"),
+        (("demo", "--world", "w.toml"), "w.toml"),
         (("demo", "--rig", "device"), "a real board is there already"),
         (("no-such-mission.toml",), "no-such-mission.toml"),
         (("demo", "--data", "/nowhere"), "--data /nowhere: no such folder"),

@@ -12,10 +12,16 @@ WANTED = "a PDF takes the extra [pdf] (make setup-pdf, or pip install 'rover[pdf
 
 def require_pdf() -> None:
     """Raises BadInput, before anything is driven, where no PDF can be made."""
+    from PIL import ImageFile
+
+    # It tells Pillow to take pictures that end early, for the whole process: a map must not.
+    strict = ImageFile.LOAD_TRUNCATED_IMAGES
     try:
         import weasyprint  # noqa: F401
     except (ImportError, OSError):  # OSError: without Pango
         raise BadInput(WANTED) from None
+    finally:
+        ImageFile.LOAD_TRUNCATED_IMAGES = strict
 
 
 def report_pdf(html: str) -> bytes:

@@ -113,7 +113,8 @@ def test_what_cannot_be_done_is_said_in_one_line(sitl: Serve) -> None:
     rig = sitl()
     assert rig.send(b"pause")["error"].startswith("request: not valid JSON")
     assert rig.send(b"[]")["error"] == 'request: a JSON object is expected, as {"op": "pause"}'
-    assert rig.send(b"{}")["error"] == "request: op: missing; there is pause, go, fault, set_down, tape, motors, judge, stop"
+    words = "pause, go, fault, set_down, tape, motors, judge, stop"
+    assert rig.send(b"{}")["error"] == f"request: op: missing; there is {words}"
     assert "did you mean pause?" in rig.refusal("pauze")
     assert "unknown key" in rig.refusal("go", fast=True)
     assert "'serial-cut' is not one of" in rig.refusal("fault", fault="serial-cut")

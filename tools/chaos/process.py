@@ -56,19 +56,19 @@ class Running:
         """Waits for so long of its own time at most, and ends it by force then."""
         begin = time.monotonic()
         queued = waited = _queued(self.process.pid)
-        late = False
+        late, memory_mb = False, 0.0
         while (found := os.wait4(self.process.pid, os.WNOHANG))[0] == 0:
-            waited = _queued(self.process.pid)
+            waited, memory_mb = _queued(self.process.pid), max(memory_mb, _most_memory_mb(self.process.pid))
             if time.monotonic() - begin - (waited - queued) > limit_s and not late:
                 late = True
                 os.kill(self.process.pid, signal.SIGKILL)
             time.sleep(0.01)
-        _, status, used = found
+        _, status, _ = found
         seconds = time.monotonic() - self.began - waited
         self.process.returncode = code = os.waitstatus_to_exitcode(status)
         out, err = (Path(self.folder.name, name).read_bytes().decode("utf-8", "replace") for name in ("out", "err"))
         self.folder.cleanup()
-        self._ended = Ended(self.command, None if late else code, out, err, seconds, used.ru_maxrss / 1024)
+        self._ended = Ended(self.command, None if late else code, out, err, seconds, memory_mb)
         return self._ended
 
 
@@ -113,3 +113,13 @@ def _gone(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
     except (FileNotFoundError, ProcessLookupError):
         return True
+
+
+def _most_memory_mb(pid: int) -> float:
+    """The most that the program has held so far; what rusage tells has the memory of who started it in it."""
+    try:
+        status = Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return 0.0
+    lines = (line.split() for line in status.splitlines() if line.startswith("VmHWM:"))
+    return next((int(words[1]) / 1024 for words in lines), 0.0)

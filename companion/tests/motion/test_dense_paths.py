@@ -112,37 +112,6 @@ def test_a_walk_of_three_hundred_corners_does_not_stop_at_all_of_them_for_the_sa
     assert exceeded(checked.trajectory.segments) == set()
 
 
-@pytest.mark.parametrize("run", [1, 2, 3])
-def test_steps_that_the_tolerance_only_just_covers_are_driven_along_their_line(run):
-    """The middle is up to 47 of 50 mm beside the steps of 10 cm, and now ahead of them and now behind: this is no way
-    to be off a path, and once cost 0.8 of the time."""
-    number = np.arange(61)
-    path = 0.1 * np.column_stack([run * ((number + 1) // 2), number // 2])
-    checked = plan_checked(path, LIMITS)
-    assert checked.trajectory.duration < 1.15 * (math.dist(path[0], path[-1]) / 0.25 + RAMPS)
-    assert passed_by(checked, path) < 0.05
-    assert beside(checked, path) < 0.05
-    assert exceeded(checked.trajectory.segments) == set()
-
-
-@given(st.integers(0, 100_000), st.floats(0.03, 0.12))
-@settings(max_examples=25, deadline=None)
-def test_no_point_of_a_jagged_path_is_passed_by_at_much_more_than_the_tolerance(seed, tolerance):
-    """Spikes that lead out and back on nearly the same way are not cut off, though the way in is near the way out."""
-    rng = np.random.default_rng([16, seed])
-    headings = rng.choice([0.0, 1.5, 2.9, -2.9, -1.5], 16) + rng.normal(0.0, 0.1, 16)
-    steps = rng.uniform(0.02, 0.4, 16)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
-    path = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
-    checked = plan_checked(path, LIMITS, BlendSettings(max_cut=tolerance))
-    assert passed_by(checked, path) <= 1.25 * tolerance
-
-
-def passed_by(checked, path):
-    """Largest distance of a point of the path from the driven one, metres."""
-    driven = checked.driven.points
-    return max(float(np.hypot(*(driven - point).T).min()) for point in path)
-
-
 def sine(step, noise=0.0):
     x = np.arange(0.0, 9.0, step)
     return np.column_stack([x, 0.6 * np.sin(2.0 * math.pi * x / 3.0)]) + noise * np.random.default_rng(31).normal(

@@ -57,11 +57,7 @@ pub fn averaged(axis: &Axis, u: f64, window: f64, slope: f64) -> Averaged {
     found
 }
 
-/// At what distance it passes the polyline's point, and the magnitudes of its curvature and of the first two derivatives
-/// of that.
-///
-/// Where the polyline winds, the average at the same arc length is ahead of its point or behind it, which is no
-/// distance between the paths: what counts is how far off it is across its own direction, and how far it bends until there.
+/// How far it is from the polyline, and the magnitudes of its curvature and of the first two derivatives of that.
 pub fn bending([_, d1, d2, d3, d4, off]: &Averaged) -> [f64; 4] {
     let cross = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[1] - a[1] * b[0];
     let square = (d1[0] * d1[0] + d1[1] * d1[1]).max(1e-6);
@@ -70,16 +66,10 @@ pub fn bending([_, d1, d2, d3, d4, off]: &Averaged) -> [f64; 4] {
     let along = (d1[0] * d2[0] + d1[1] * d2[1]) / square;
     let change = cross(d1, d3) / (square * speed) - 3.0 * curvature * along;
     let third = cross(d1, d4).abs() / (square * square * speed);
-    let (curvature, rate) = (curvature.abs(), (change / speed).abs());
-    let (lag, aside) = (
-        (off[0] * d1[0] + off[1] * d1[1]).abs() / speed,
-        cross(d1, off).abs() / speed,
-    );
-    let bent = lag * lag * (curvature / 2.0 + lag * (rate / 6.0 + lag * third / 24.0));
     [
-        (aside + bent).min(off[0].hypot(off[1])),
-        curvature,
-        rate,
+        off[0].hypot(off[1]),
+        curvature.abs(),
+        (change / speed).abs(),
         third,
     ]
 }

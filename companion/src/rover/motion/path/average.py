@@ -42,8 +42,8 @@ class Axis:
         return found[:, :2], found[:, 2:]
 
     def bending(self, u: Array, window: Array) -> tuple[Array, Array, Array, Array]:
-        """At what distance Q passes the polyline's point at K places, and the magnitudes of its curvature and of the
-        first two derivatives of that over arc length, (K,) each."""
+        """How far Q is from the polyline at K places, and the magnitudes of its curvature and of the first two
+        derivatives of that over arc length, (K,) each."""
         off, curvature, rate, third = rover_native.averaged_bending(self._line, (u, window, np.zeros(len(u))))
         return off, curvature, rate, third
 
